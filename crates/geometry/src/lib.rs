@@ -1,0 +1,1 @@
+//! Shapes: bounds, intersection, area and solid-angle sampling.

@@ -1,0 +1,1 @@
+//! Pixel buffers, image files, reconstruction filters, tone mapping, error metrics.

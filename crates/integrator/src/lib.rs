@@ -1,0 +1,1 @@
+//! A ray and a sampler in, radiance out.

@@ -1,0 +1,1 @@
+//! Points, vectors, normals, frames, transforms, rays, boxes, error bounds and portable elementary functions.

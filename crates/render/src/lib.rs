@@ -1,0 +1,1 @@
+//! Film, tiles, threads, progress, stop rules.

@@ -1,0 +1,1 @@
+//! The lecture's toolbox: sample sequences, warps, distributions, estimators, statistics, multiple importance sampling.

@@ -1,0 +1,1 @@
+//! Wavelengths, spectra, colour spaces, RGB to spectrum, measured tables.

@@ -1,0 +1,2 @@
+//! The `steradian` binary.
+fn main() {}
