@@ -34,8 +34,8 @@ impl Frame {
         let z = z.into();
         let t = x - z * z.dot(x);
         let l = t.length_squared();
-        if l > 1e-20 * x.length_squared() && l.is_finite() {
-            let x = t * (1.0 / l.sqrt());
+        if l > 1e-10 * x.length_squared() && l.is_finite() {
+            let x = (t - z * z.dot(t)) * (1.0 / l.sqrt());
             Self { x, y: z.cross(x), z }
         } else {
             Self::from_z(z)

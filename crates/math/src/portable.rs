@@ -38,7 +38,13 @@ fn cos_kernel(x: f64) -> f64 {
 /// Sine and cosine of `x` radians. Loses accuracy gracefully beyond `|x| > 1e6`; infinities give NaN.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
-    let x = f64::from(x);
+    let (s, c) = sin_cos_f64(f64::from(x));
+    (s as f32, c as f32)
+}
+
+/// Sine and cosine accurate to about 1e-11; exact at multiples of a quarter turn.
+#[inline]
+pub(crate) fn sin_cos_f64(x: f64) -> (f64, f64) {
     let k = (x * FRAC_2_PI + ROUND) - ROUND;
     let r = x - k * FRAC_PI_2;
     let (s, c) = (sin_kernel(r), cos_kernel(r));
@@ -47,7 +53,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     let (s, c) = if quadrant & 1 == 1 { (c, s) } else { (s, c) };
     let s = if quadrant & 2 == 2 { -s } else { s };
     let c = if quadrant == 1 || quadrant == 2 { -c } else { c };
-    (s as f32, c as f32)
+    (s, c)
 }
 
 /// Sine of `x` radians.

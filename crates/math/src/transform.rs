@@ -48,7 +48,7 @@ fn invert(m: &Matrix) -> Option<Matrix> {
     let mut b = IDENTITY.map(|row| row.map(f64::from));
     for col in 0..4 {
         let pivot = (col..4).max_by(|&i, &j| a[i][col].abs().total_cmp(&a[j][col].abs()))?;
-        if !(a[pivot][col].abs() > 0.0) || !a[pivot][col].is_finite() {
+        if a[pivot][col] == 0.0 || !a[pivot][col].is_finite() {
             return None;
         }
         a.swap(col, pivot);
@@ -123,7 +123,7 @@ impl Transform {
     pub fn rotate(degrees: f32, axis: Vec3) -> Option<Self> {
         let a = axis.try_normalize()?;
         // Exact quarter turns matter to people: sine and cosine in double precision.
-        let (s, c) = f64::from(degrees).to_radians().sin_cos();
+        let (s, c) = crate::portable::sin_cos_f64(f64::from(degrees).to_radians());
         let (ax, ay, az) = (f64::from(a.x), f64::from(a.y), f64::from(a.z));
         let e = |v: f64| v as f32;
         let m = [
@@ -158,7 +158,8 @@ impl Transform {
             [0.0, 0.0, far / (far - near), -far * near / (far - near)],
             [0.0, 0.0, 1.0, 0.0],
         ])?;
-        let s = (1.0 / (f64::from(fov).to_radians() * 0.5).tan()) as f32;
+        let (sin, cos) = crate::portable::sin_cos_f64(f64::from(fov).to_radians() * 0.5);
+        let s = (cos / sin) as f32;
         Some(Self::scale(s, s, 1.0)?.mul(&projection))
     }
 
