@@ -463,7 +463,9 @@ impl<'a> Parser<'a> {
             Values::Strings(_) => "a string in quotes",
         };
         let shown = shorten(text);
-        let number = if token.kind == TokenKind::Word { text.parse::<f64>().ok() } else { None };
+        // `inf` and `nan` are no numbers of the format, whatever `str::parse` thinks.
+        let digits = text.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        let number = if token.kind == TokenKind::Word && digits { text.parse::<f64>().ok() } else { None };
         let d = match (values, number) {
             _ if token.kind == TokenKind::Unclosed => unclosed(span),
             (Values::Floats(_), Some(x)) if x.is_infinite() || x.abs() > f64::from(f32::MAX) => Diagnostic::error(
