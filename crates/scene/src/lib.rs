@@ -1,1 +1,21 @@
-//! What the user said (Scene), and what is built from it once (World).
+//! What the user said (`Scene`), and what is built from it once (`World`).
+
+mod camera;
+mod handle;
+mod light;
+mod material;
+mod medium;
+mod scene;
+mod settings;
+mod shape;
+mod texture;
+
+pub use camera::{Camera, Projection, SphericalMapping};
+pub use handle::{Arena, Handle};
+pub use light::{AreaLight, EnvironmentMapping, Light};
+pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
+pub use medium::Medium;
+pub use scene::Scene;
+pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
+pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
+pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};

@@ -1,0 +1,84 @@
+//! Lights as the user stated them, with scales already photometrically normalised by the loader.
+
+use crate::{Handle, TextureImage};
+use steradian_math::{Point3, Transform, Vec3};
+use steradian_spectrum::Spectrum;
+
+/// Emission of the surface that carries it.
+#[derive(Clone, Debug)]
+pub struct AreaLight {
+    /// Emitted radiance over wavelength, up to `scale`.
+    pub radiance: Spectrum,
+    /// Factor.
+    pub scale: f32,
+    /// Whether the back emits as well.
+    pub two_sided: bool,
+    /// Total emitted power instead of `scale`'s radiance, given the area of each shape, in units where `radiance` has
+    /// luminance one.
+    pub power: Option<f32>,
+    /// RGB emission over the surface's uv instead of `radiance`.
+    pub image: Option<Handle<TextureImage>>,
+}
+
+/// How an environment map covers the sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvironmentMapping {
+    /// Clarberg's equal-area octahedral square, z up: pbrt's.
+    EqualArea,
+    /// Latitude and longitude, z up: width is azimuth, the top row is +z.
+    LatLong,
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// Isotropic point.
+    Point {
+        /// World position.
+        position: Point3,
+        /// Radiant intensity over wavelength, up to `scale`.
+        intensity: Spectrum,
+        /// Factor.
+        scale: f32,
+    },
+    /// A cone along +z of light space, smooth between two angles.
+    Spot {
+        /// Light to world space.
+        world_from_light: Transform,
+        /// Radiant intensity on the axis, up to `scale`.
+        intensity: Spectrum,
+        /// Factor.
+        scale: f32,
+        /// Cosine of the angle where the light ends.
+        cos_end: f32,
+        /// Cosine of the angle where the falloff begins.
+        cos_start: f32,
+    },
+    /// Parallel light from infinitely far.
+    Distant {
+        /// Unit vector towards the light, in world space.
+        to_light: Vec3,
+        /// Irradiance on a surface facing the light, up to `scale`.
+        radiance: Spectrum,
+        /// Factor.
+        scale: f32,
+    },
+    /// The same radiance from everywhere.
+    UniformInfinite {
+        /// Radiance up to `scale`.
+        radiance: Spectrum,
+        /// Factor.
+        scale: f32,
+    },
+    /// An environment map.
+    ImageInfinite {
+        /// Light to world space.
+        world_from_light: Transform,
+        /// The map.
+        image: Handle<TextureImage>,
+        /// Its layout.
+        mapping: EnvironmentMapping,
+        /// Factor.
+        scale: f32,
+    },
+}

@@ -1,0 +1,154 @@
+//! Materials: textures that feed a scattering model. `World` evaluates them to a `Bsdf` at a point.
+
+use crate::{FloatTexture, Handle, SpectrumTexture, TextureImage};
+use steradian_spectrum::Spectrum;
+
+/// A scalar texture.
+pub type FloatInput = Handle<FloatTexture>;
+/// A spectral texture.
+pub type SpectrumInput = Handle<SpectrumTexture>;
+
+/// Microfacet roughness along the two tangents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// Along dp/du.
+    pub u: FloatInput,
+    /// Along dp/dv.
+    pub v: FloatInput,
+    /// Whether the numbers are perceptual (alpha is their square root) or alpha itself.
+    pub remap: bool,
+}
+
+/// An index of refraction.
+#[derive(Clone, Debug)]
+pub enum Ior {
+    /// The same at every wavelength.
+    Constant(f32),
+    /// Dispersive.
+    Spectrum(Spectrum),
+}
+
+/// What a conductor is made of.
+#[derive(Clone, Copy, Debug)]
+pub enum Metal {
+    /// Complex index of refraction.
+    Ior {
+        /// Real part.
+        eta: SpectrumInput,
+        /// Absorption.
+        k: SpectrumInput,
+    },
+    /// The colour at normal incidence.
+    Reflectance(SpectrumInput),
+}
+
+/// A layer of dielectric, perhaps with a scattering medium, above something else.
+#[derive(Clone, Debug)]
+pub struct Coat {
+    /// Roughness of the outer interface.
+    pub roughness: Roughness,
+    /// Index of refraction.
+    pub eta: Ior,
+    /// Thickness in units of the medium's mean free path.
+    pub thickness: FloatInput,
+    /// Single-scattering albedo of the medium.
+    pub albedo: SpectrumInput,
+    /// Mean cosine of the medium's phase function.
+    pub g: FloatInput,
+    /// The longest random walk.
+    pub max_depth: u32,
+    /// Walks averaged by one evaluation.
+    pub samples: u32,
+}
+
+/// Colour of hair, by whichever quantity is known.
+#[derive(Clone, Copy, Debug)]
+pub enum HairColor {
+    /// Absorption coefficient per fibre radius.
+    Absorption(SpectrumInput),
+    /// The colour of a full head.
+    Reflectance(SpectrumInput),
+    /// Concentrations of pigment.
+    Melanin {
+        /// Brown to black.
+        eumelanin: FloatInput,
+        /// Red.
+        pheomelanin: FloatInput,
+    },
+}
+
+/// The scattering model of a surface.
+#[derive(Clone, Debug)]
+pub enum Scattering {
+    /// Lambert's law.
+    Diffuse {
+        /// Albedo.
+        reflectance: SpectrumInput,
+    },
+    /// A metal.
+    Conductor {
+        /// Fresnel data.
+        metal: Metal,
+        /// Microfacets.
+        roughness: Roughness,
+    },
+    /// Glass, water.
+    Dielectric {
+        /// Index of refraction inside relative to outside.
+        eta: Ior,
+        /// Microfacets.
+        roughness: Roughness,
+    },
+    /// A thin slab of glass: interreflection folded in, no bending.
+    ThinDielectric {
+        /// Index of refraction.
+        eta: Ior,
+    },
+    /// Lambertian on both sides.
+    DiffuseTransmission {
+        /// Reflected fraction.
+        reflectance: SpectrumInput,
+        /// Transmitted fraction.
+        transmittance: SpectrumInput,
+        /// Factor of both.
+        scale: f32,
+    },
+    /// A dielectric coat over a diffuse base.
+    CoatedDiffuse {
+        /// Albedo of the base.
+        reflectance: SpectrumInput,
+        /// The coat.
+        coat: Coat,
+    },
+    /// A dielectric coat over metal.
+    CoatedConductor {
+        /// The base.
+        metal: Metal,
+        /// Microfacets of the base.
+        roughness: Roughness,
+        /// The coat.
+        coat: Coat,
+    },
+    /// One of two materials, chosen by a hash of place and direction; the second with probability `amount`.
+    Mix {
+        /// The candidates.
+        materials: [Handle<Material>; 2],
+        /// Probability of the second.
+        amount: FloatInput,
+    },
+    /// No scattering: the boundary between two media.
+    Interface,
+}
+
+/// A surface's scattering model with what perturbs its shading frame.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Name, for messages; may be empty.
+    pub name: String,
+    /// The model.
+    pub scattering: Scattering,
+    /// Bump map: height along the normal.
+    pub displacement: Option<FloatInput>,
+    /// Normal map in the tangent frame; wins over `displacement`.
+    pub normal_map: Option<Handle<TextureImage>>,
+}

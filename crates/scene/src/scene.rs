@@ -1,0 +1,59 @@
+//! The scene: what the user said, as plain data.
+
+use crate::{
+    Arena, Camera, FloatTexture, Instance, Light, Material, Medium, Object, Primitive, RenderSettings, SpectrumTexture,
+    TextureImage,
+};
+use steradian_geometry::{BilinearMesh, TriangleMesh};
+
+/// Everything that a file says, without anything derived from it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Triangle meshes, in object space.
+    pub triangle_meshes: Arena<TriangleMesh>,
+    /// Meshes of bilinear patches, in object space.
+    pub bilinear_meshes: Arena<BilinearMesh>,
+    /// Pictures.
+    pub images: Arena<TextureImage>,
+    /// Scalar textures.
+    pub float_textures: Arena<FloatTexture>,
+    /// Spectral textures.
+    pub spectrum_textures: Arena<SpectrumTexture>,
+    /// Materials.
+    pub materials: Arena<Material>,
+    /// Media.
+    pub media: Arena<Medium>,
+    /// Things to instance.
+    pub objects: Arena<Object>,
+    /// Shapes in world space.
+    pub primitives: Vec<Primitive>,
+    /// Instances in world space.
+    pub instances: Vec<Instance>,
+    /// Lights that are not surfaces.
+    pub lights: Vec<Light>,
+    /// The camera.
+    pub camera: Camera,
+    /// Film, filter, sampler, integrator.
+    pub settings: RenderSettings,
+}
+
+impl Scene {
+    /// An empty scene.
+    pub fn new(settings: RenderSettings) -> Self {
+        Self {
+            triangle_meshes: Arena::default(),
+            bilinear_meshes: Arena::default(),
+            images: Arena::default(),
+            float_textures: Arena::default(),
+            spectrum_textures: Arena::default(),
+            materials: Arena::default(),
+            media: Arena::default(),
+            objects: Arena::default(),
+            primitives: Vec::new(),
+            instances: Vec::new(),
+            lights: Vec::new(),
+            camera: Camera::default(),
+            settings,
+        }
+    }
+}

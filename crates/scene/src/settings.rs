@@ -1,0 +1,137 @@
+//! What the user said about how to render: film, filter, sampler, integrator.
+
+use steradian_image::Filter;
+use steradian_sampling::SamplerSettings;
+use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
+
+/// The film: resolution, crop, sensor and the colour space of the result.
+#[derive(Clone, Debug)]
+pub struct FilmSettings {
+    /// Name of the output file that the scene asks for.
+    pub filename: String,
+    /// Full resolution, width and height.
+    pub resolution: [u32; 2],
+    /// The pixels to render: x0, x1, y0, y1, the ends excluded.
+    pub pixel_bounds: [u32; 4],
+    /// From radiance to colour.
+    pub sensor: PixelSensor,
+    /// Primaries of the result.
+    pub color_space: ColorSpace,
+    /// Each sample's largest component is scaled down to this; biased where finite.
+    pub max_component_value: f32,
+    /// Whether the file is to hold half floats.
+    pub half: bool,
+    /// Diagonal of the film in millimetres; only lens systems care.
+    pub diagonal: f32,
+}
+
+impl FilmSettings {
+    /// A film of the given size with defaults for the rest.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            filename: "steradian.exr".into(),
+            resolution: [width, height],
+            pixel_bounds: [0, width, 0, height],
+            sensor: PixelSensor::default(),
+            color_space: ColorSpace::Srgb,
+            max_component_value: f32::INFINITY,
+            half: false,
+            diagonal: 35.0,
+        }
+    }
+
+    /// The pixels of a crop window in fractions of the image, x0 x1 y0 y1, rounded up at every edge as pbrt does.
+    pub fn crop_window(&self, window: [f32; 4]) -> [u32; 4] {
+        let edge = |f: f32, n: u32| ((f.clamp(0.0, 1.0) * n as f32).ceil() as u32).min(n);
+        let [w, h] = self.resolution;
+        [edge(window[0], w), edge(window[1], w), edge(window[2], h), edge(window[3], h)]
+    }
+
+    /// Width and height of the rendered part.
+    pub fn size(&self) -> [u32; 2] {
+        let [x0, x1, y0, y1] = self.pixel_bounds;
+        [x1 - x0, y1 - y0]
+    }
+}
+
+/// How one light is picked among many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightSelection {
+    /// All alike.
+    Uniform,
+    /// In proportion to emitted power.
+    Power,
+    /// A tree over bounds of the emission (Conty Estevez and Kulla 2018).
+    #[default]
+    Tree,
+}
+
+/// The algorithms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum IntegratorKind {
+    /// Path tracing with next-event estimation and multiple importance sampling.
+    #[default]
+    Path,
+    /// Shading normals as colours.
+    Normals,
+    /// Directional albedo of the first hit.
+    Albedo,
+    /// Distance along the view axis.
+    Depth,
+    /// Surface coordinates as colours.
+    Uv,
+    /// Ambient occlusion.
+    AmbientOcclusion {
+        /// Cosine-weighted instead of uniform directions.
+        cosine: bool,
+        /// How far an occluder counts.
+        max_distance: f32,
+    },
+}
+
+/// The algorithm and its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    /// Which.
+    pub kind: IntegratorKind,
+    /// The greatest number of bounces; 0 sees emission only.
+    pub max_depth: u32,
+    /// How lights are picked.
+    pub light_selection: LightSelection,
+    /// Whether lobes are roughened after the first non-specular bounce; biased.
+    pub regularize: bool,
+}
+
+impl Default for IntegratorSettings {
+    fn default() -> Self {
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: 5,
+            light_selection: LightSelection::Tree,
+            regularize: false,
+        }
+    }
+}
+
+/// Everything that is not geometry or light.
+#[derive(Clone, Debug)]
+pub struct RenderSettings {
+    /// Film.
+    pub film: FilmSettings,
+    /// Reconstruction filter.
+    pub filter: Filter,
+    /// Sampler, including seed and sample count.
+    pub sampler: SamplerSettings,
+    /// Integrator.
+    pub integrator: IntegratorSettings,
+    /// Reading of the four lanes.
+    pub color: ColorMode,
+    /// Sample pixel centres only.
+    pub disable_pixel_jitter: bool,
+    /// Always the same wavelengths.
+    pub disable_wavelength_jitter: bool,
+    /// Point-sample all textures.
+    pub disable_texture_filtering: bool,
+    /// Replace every lobe by a diffuse one of the same albedo.
+    pub force_diffuse: bool,
+}

@@ -1,0 +1,70 @@
+//! Shapes with what covers them, and instances.
+
+use crate::{AreaLight, FloatTexture, Handle, Material, Medium};
+use steradian_geometry::{BilinearMesh, Curve, Cylinder, Disk, Sphere, TriangleMesh};
+use steradian_math::{AnimatedTransform, Transform};
+
+/// The geometry of a primitive, in object space.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Triangles.
+    Triangles(Handle<TriangleMesh>),
+    /// Bilinear patches.
+    Bilinear(Handle<BilinearMesh>),
+    /// A sphere or part of it.
+    Sphere(Sphere),
+    /// A disk, ring or sector.
+    Disk(Disk),
+    /// An open cylinder.
+    Cylinder(Cylinder),
+    /// A thin strand.
+    Curve(Curve),
+}
+
+/// The media on the two sides of a boundary; `None` is vacuum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MediumInterface {
+    /// On the side that the normal points away from.
+    pub inside: Option<Handle<Medium>>,
+    /// On the side that the normal points to.
+    pub outside: Option<Handle<Medium>>,
+}
+
+/// A shape in its place, with material and emission.
+#[derive(Clone, Debug)]
+pub struct Primitive {
+    /// Geometry.
+    pub shape: Shape,
+    /// Object to world space (or to the space of the instanced object).
+    pub world_from_object: Transform,
+    /// Whether the normal is flipped. A transform that swaps handedness flips it once more.
+    pub reverse_orientation: bool,
+    /// Scattering.
+    pub material: Handle<Material>,
+    /// Emission.
+    pub area_light: Option<AreaLight>,
+    /// Opacity: below one, the surface lets rays pass with the complementary probability.
+    pub alpha: Option<Handle<FloatTexture>>,
+    /// Media, where the surface separates two; `None` continues the medium that the ray is in.
+    pub media: Option<MediumInterface>,
+}
+
+/// A group of primitives that instances repeat.
+#[derive(Clone, Debug, Default)]
+pub struct Object {
+    /// Name, for messages.
+    pub name: String,
+    /// The members, in the object's space.
+    pub primitives: Vec<Primitive>,
+    /// Nested instances.
+    pub instances: Vec<Instance>,
+}
+
+/// An object put somewhere, perhaps moving.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// What.
+    pub object: Handle<Object>,
+    /// Where: object to world space over time.
+    pub world_from_object: AnimatedTransform,
+}
