@@ -288,10 +288,7 @@ impl<'a> Parser<'a> {
         let text = self.unquote(token);
         let mut parts = text.split([' ', '\t']).filter(|s| !s.is_empty());
         let ty = match (parts.next(), parts.next()) {
-            (Some(keyword), Some(name)) => match self.param_type(keyword, span) {
-                Some(ty) => Some((ty, name.to_string())),
-                None => None,
-            },
+            (Some(keyword), Some(name)) => self.param_type(keyword, span).map(|ty| (ty, name.to_string())),
             _ => {
                 self.report(
                     Diagnostic::error(
