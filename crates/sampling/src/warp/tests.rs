@@ -1,0 +1,1 @@
+//! Round trips of all warps and chi-square of the maps against their densities.
