@@ -158,9 +158,9 @@ impl Bvh {
         }
     }
 
-    /// Forgets [`Bvh::order`], when the caller has made its own copy of what the leaves need.
-    pub fn drop_order(&mut self) {
-        self.order = Vec::new();
+    /// Takes [`Bvh::order`] out, when the caller makes its own copy of what the leaves need.
+    pub fn take_order(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.order)
     }
 }
 
