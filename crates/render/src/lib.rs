@@ -1,1 +1,11 @@
 //! Film, tiles, threads, progress, stop rules.
+
+mod film;
+mod renderer;
+mod sample;
+mod sums;
+
+pub use film::{Film, TILE_SIZE, Tile};
+pub use renderer::{BadSample, Fault, Observer, Outcome, Plan, Progress, Quiet, Rendered, render};
+pub use sample::{PixelSampler, Sampled};
+pub use sums::{PixelStack, PixelSum};

@@ -1,7 +1,7 @@
 //! Textures as the user stated them: plain data, evaluated by `World`.
 
 use crate::Handle;
-use steradian_image::{Texels, TextureFilter, WrapMode};
+use steradian_image::{Lookup, Texels, Wrap};
 use steradian_math::{Transform, Vec3};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
 
@@ -58,11 +58,9 @@ pub struct TextureImage {
     /// The texels.
     pub texels: Texels,
     /// Filtering.
-    pub filter: TextureFilter,
-    /// The longest ratio of the axes of the filter ellipse (EWA only).
-    pub max_anisotropy: f32,
-    /// What lies outside the unit square.
-    pub wrap: WrapMode,
+    pub lookup: Lookup,
+    /// What lies outside the unit square, in s and t.
+    pub wrap: [Wrap; 2],
     /// The meaning of RGB texels.
     pub color_space: ColorSpace,
 }

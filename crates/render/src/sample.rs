@@ -1,0 +1,89 @@
+//! One sample of one pixel: film position, wavelengths, lens, time, radiance, colour.
+
+use steradian_integrator::{Integrator, record::Record};
+use steradian_math::{Point2, Vec2};
+use steradian_sampling::Sampler;
+use steradian_scene::{CameraSample, World};
+use steradian_spectrum::{ColorMode, Lanes, Matrix3, Wavelengths};
+
+/// What is the same for all samples of a render.
+#[derive(Clone, Debug)]
+pub struct PixelSampler<'w> {
+    /// The scene.
+    pub world: &'w World,
+    /// The algorithm.
+    pub integrator: Integrator,
+    output_from_sensor: Matrix3,
+    color: ColorMode,
+    /// Views show numbers, which no sensor may change.
+    raw: bool,
+}
+
+/// The result of one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampled {
+    /// Colour in the film's space, filter weight included.
+    pub rgb: [f32; 3],
+    /// Radiance in the four lanes.
+    pub radiance: Lanes,
+    /// The meaning of the lanes.
+    pub wavelengths: Wavelengths,
+    /// Raster position.
+    pub film: Point2,
+    /// Filter weight.
+    pub weight: f32,
+}
+
+impl<'w> PixelSampler<'w> {
+    /// Prepares the sampling of a world's film by its own settings.
+    pub fn new(world: &'w World) -> Self {
+        let settings = world.settings();
+        let integrator = Integrator::new(&settings.integrator);
+        let raw = matches!(integrator, Integrator::View(_));
+        let color = if raw { ColorMode::Rgb } else { settings.color };
+        Self {
+            world,
+            integrator,
+            output_from_sensor: settings.film.sensor.output_rgb_from_sensor(color),
+            color,
+            raw,
+        }
+    }
+
+    /// Sample `index` of `pixel`: a pure function of its arguments and the settings.
+    #[inline]
+    pub fn sample<R: Record>(&self, sampler: &mut Sampler, pixel: [u32; 2], index: u32, record: &mut R) -> Sampled {
+        let settings = self.world.settings();
+        sampler.start(pixel, index, 0);
+        let position = sampler.pixel_2d();
+        let (offset, weight) =
+            if settings.disable_pixel_jitter { (Vec2::default(), 1.0) } else { settings.filter.sample(position) };
+        let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
+        let mut wavelengths = match self.color {
+            ColorMode::Rgb => Wavelengths::rgb(),
+            ColorMode::Spectral if settings.disable_wavelength_jitter => Wavelengths::sample_visible(0.5),
+            ColorMode::Spectral => Wavelengths::sample_visible(sampler.next_1d()),
+        };
+        let lens = if self.world.camera().has_lens() { sampler.next_2d() } else { [0.5, 0.5] };
+        let time = if self.world.has_motion() { sampler.next_1d() } else { 0.5 };
+        let ray = self.world.camera_ray(&CameraSample { film, lens, time });
+        let radiance = self.integrator.radiance(self.world, &ray, &mut wavelengths, sampler, record);
+        let rgb = if self.raw {
+            [radiance.0[0], radiance.0[1], radiance.0[2]]
+        } else {
+            let sensor = clamp_largest(
+                settings.film.sensor.to_sensor_rgb(radiance, &wavelengths),
+                settings.film.max_component_value,
+            );
+            self.output_from_sensor.apply(sensor)
+        };
+        Sampled { rgb: rgb.map(|v| v * weight), radiance, wavelengths, film, weight }
+    }
+}
+
+/// Scales the colour so that its largest component is at most `most`.
+#[inline]
+fn clamp_largest(rgb: [f32; 3], most: f32) -> [f32; 3] {
+    let largest = rgb[0].max(rgb[1]).max(rgb[2]);
+    if largest > most { rgb.map(|v| v * (most / largest)) } else { rgb }
+}
