@@ -1,0 +1,192 @@
+//! `Texels`: a texture's samples in the precision of their file, decoded to `f32` on look-up.
+
+use std::sync::Arc;
+
+use half::f16;
+
+use crate::{Chromaticities, Encoding, Error, Image};
+
+/// Interleaved samples.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Storage {
+    /// 8-bit codes, decoded by a table of 256 entries.
+    U8(Vec<u8>),
+    /// 16-bit floats, linear.
+    F16(Vec<f16>),
+    /// 32-bit floats, linear.
+    F32(Vec<f32>),
+}
+
+/// One to four interleaved channels (Y; Y, A; R, G, B; or R, G, B, A), row 0 at the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texels {
+    width: usize,
+    height: usize,
+    channels: usize,
+    storage: Storage,
+    encoding: Encoding,
+    table: Arc<[f32; 256]>,
+    /// Primaries, where the file states them.
+    pub chromaticities: Option<Chromaticities>,
+}
+
+impl Texels {
+    /// Takes interleaved samples. `encoding` gives the meaning of 8-bit codes; floats are linear.
+    ///
+    /// # Errors
+    /// `Error::Shape` if there are not 1 to 4 channels, no pixels, or not `width * height * channels` samples.
+    pub fn new(
+        width: usize,
+        height: usize,
+        channels: usize,
+        storage: Storage,
+        encoding: Encoding,
+    ) -> Result<Texels, Error> {
+        let len = match &storage {
+            Storage::U8(s) => s.len(),
+            Storage::F16(s) => s.len(),
+            Storage::F32(s) => s.len(),
+        };
+        let want = width.checked_mul(height).and_then(|n| n.checked_mul(channels));
+        if !(1..=4).contains(&channels) || len == 0 || want != Some(len) {
+            return Err(Error::shape(format!(
+                "{len} samples do not make {width} x {height} texels of {channels} channels"
+            )));
+        }
+        let table = Arc::new(encoding.table());
+        Ok(Texels { width, height, channels, storage, encoding, table, chromaticities: None })
+    }
+
+    /// The colour (and alpha) of an image. Half-precision channels stay so.
+    ///
+    /// # Errors
+    /// `Error::Shape` if there is no `R G B`, no `Y`, and more than one channel.
+    pub fn from_image(image: &Image) -> Result<Texels, Error> {
+        let mut planes: Vec<&[f32]> = match (image.planes(""), image.colour_planes()) {
+            (Some(rgb), _) => rgb.to_vec(),
+            (None, Some([grey, ..])) => vec![grey],
+            (None, None) => {
+                let names: Vec<_> = image.channels().iter().map(|c| c.name.as_str()).collect();
+                return Err(Error::shape(format!("no channels R, G, B or Y among {}", names.join(", "))));
+            }
+        };
+        if let Some(alpha) = image.channel("A").filter(|_| image.channels().len() > 1) {
+            planes.push(alpha);
+        }
+        let n = image.width() * image.height();
+        let interleaved = (0..n).flat_map(|i| planes.iter().map(move |p| p[i]));
+        let is_half = image.channels().iter().all(|c| c.precision == crate::Precision::Half);
+        let storage = if is_half {
+            Storage::F16(interleaved.map(f16::from_f32).collect())
+        } else {
+            Storage::F32(interleaved.collect())
+        };
+        let mut texels = Texels::new(image.width(), image.height(), planes.len(), storage, Encoding::Linear)?;
+        texels.chromaticities = image.metadata.chromaticities;
+        Ok(texels)
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Channels, 1 to 4.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Meaning of 8-bit codes.
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// The samples as they are kept.
+    pub fn storage(&self) -> &Storage {
+        &self.storage
+    }
+
+    /// Bytes of sample memory.
+    pub fn bytes(&self) -> usize {
+        match &self.storage {
+            Storage::U8(s) => s.len(),
+            Storage::F16(s) => 2 * s.len(),
+            Storage::F32(s) => 4 * s.len(),
+        }
+    }
+
+    /// Which channel is alpha, if one is.
+    #[inline]
+    pub fn alpha_channel(&self) -> Option<usize> {
+        matches!(self.channels, 2 | 4).then(|| self.channels - 1)
+    }
+
+    /// The linear value of channel `c` of the texel whose first sample is `first = (y * width + x) * channels`. Alpha is coverage,
+    /// to which the encoding does not apply.
+    #[inline]
+    pub fn value(&self, first: usize, c: usize) -> f32 {
+        match &self.storage {
+            Storage::U8(s) => {
+                let code = s[first + c];
+                if self.alpha_channel() == Some(c) { f32::from(code) / 255.0 } else { self.table[usize::from(code)] }
+            }
+            Storage::F16(s) => s[first + c].to_f32(),
+            Storage::F32(s) => s[first + c],
+        }
+    }
+
+    /// Linear value of channel `c` at column `x`, row `y`; all in range.
+    #[inline]
+    pub fn texel(&self, x: usize, y: usize, c: usize) -> f32 {
+        self.value((y * self.width + x) * self.channels, c)
+    }
+
+    /// Whether there is an alpha channel that is below one anywhere.
+    pub fn has_transparency(&self) -> bool {
+        let n = self.width * self.height;
+        self.alpha_channel().is_some_and(|a| (0..n).any(|i| self.value(i * self.channels, a) < 1.0))
+    }
+
+    /// The same texels with only the first `channels` channels, so that an opaque alpha takes no memory.
+    pub fn truncated(self, channels: usize) -> Texels {
+        if channels == 0 || channels >= self.channels {
+            return self;
+        }
+        fn keep<T: Copy>(s: &[T], from: usize, to: usize) -> Vec<T> {
+            s.chunks_exact(from).flat_map(|p| p[..to].iter().copied()).collect()
+        }
+        let from = self.channels;
+        let storage = match &self.storage {
+            Storage::U8(s) => Storage::U8(keep(s, from, channels)),
+            Storage::F16(s) => Storage::F16(keep(s, from, channels)),
+            Storage::F32(s) => Storage::F32(keep(s, from, channels)),
+        };
+        Texels { channels, storage, ..self }
+    }
+
+    /// A float image with channels `Y`, `Y A`, `R G B` or `R G B A`.
+    pub fn to_image(&self) -> Image {
+        let names: &[&str] = match self.channels {
+            1 => &["Y"],
+            2 => &["Y", "A"],
+            3 => &["R", "G", "B"],
+            _ => &["R", "G", "B", "A"],
+        };
+        let precision =
+            if matches!(self.storage, Storage::F16(_)) { crate::Precision::Half } else { crate::Precision::Float };
+        let mut image = Image::new(self.width, self.height);
+        let n = self.width * self.height;
+        for (c, name) in names.iter().enumerate() {
+            let samples = (0..n).map(|i| self.value(i * self.channels, c)).collect();
+            // The names above are distinct and the lengths are right, so this cannot fail.
+            image.add(name, samples, precision).expect("texels of a consistent shape");
+        }
+        image.metadata.chromaticities = self.chromaticities;
+        image
+    }
+}
