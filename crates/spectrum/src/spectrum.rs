@@ -1,6 +1,6 @@
 //! A function of wavelength as plain data, with the colour that stands for it in RGB mode.
 
-use crate::dense::{DENSE_LEN, Dense};
+use crate::dense::Dense;
 use crate::uplift::Sigmoid;
 use crate::{ColorSpace, Lanes, SpectrumError, Wavelengths, cie, planck};
 
@@ -9,8 +9,8 @@ use crate::{ColorSpace, Lanes, SpectrumError, Wavelengths, cie, planck};
 pub enum SpectrumUse {
     /// A reflectance or transmittance, in [0,1]. RGB is its colour under D65; a constant `c` reads `c, c, c`.
     Albedo,
-    /// An index of refraction, an extinction, a density: averages over the long, middle and short part of the visible range, weighted by the
-    /// positive part of the Rec.709 colour matching functions. A constant `c` reads `c, c, c`.
+    /// An index of refraction, an extinction, a density: weighted averages as for [`SpectrumUse::Albedo`], limited to the range of the spectrum. A
+    /// constant `c` reads `c, c, c`.
     Unbounded,
     /// An emission. RGB is its linear Rec.709 colour, scaled as in [`Spectrum::photometric`]: D65 with photometric value 1 reads `1, 1, 1`.
     Illuminant,
@@ -245,7 +245,14 @@ impl Spectrum {
             // Exactly, and the most frequent case.
             (SpectrumUse::Albedo | SpectrumUse::Unbounded, Kind::Constant(value)) => [*value; 3],
             (SpectrumUse::Albedo, _) => rgb_from_xyz.apply(cie::xyz_of_reflectance(|l| spectrum.eval_at(l))),
-            (SpectrumUse::Unbounded, _) => channel_averages(&spectrum.to_dense()),
+            (SpectrumUse::Unbounded, _) => {
+                // The matching functions have negative parts, which a steep spectrum must not turn into a negative index.
+                let table = spectrum.to_dense();
+                let low = table.0.iter().copied().fold(f32::INFINITY, f32::min);
+                rgb_from_xyz
+                    .apply(cie::xyz_of_reflectance(|l| table.eval_at(l)))
+                    .map(|v| v.clamp(low, table.max_value()))
+            }
             (SpectrumUse::Illuminant, _) => rgb_from_xyz.apply(cie::xyz_of_table(&spectrum.to_dense())),
         };
         spectrum.rgb = match usage {
@@ -254,22 +261,6 @@ impl Spectrum {
         };
         spectrum
     }
-}
-
-/// Averages weighted by the positive part of the Rec.709 colour matching functions under D65.
-fn channel_averages(table: &Dense) -> [f32; 3] {
-    let mut sums = [0.0f64; 3];
-    let mut weights = [0.0f64; 3];
-    for i in 0..DENSE_LEN {
-        let xyz = [cie::X.0[i], cie::Y.0[i], cie::Z.0[i]];
-        let response = ColorSpace::Srgb.rgb_from_xyz().apply(xyz);
-        for c in 0..3 {
-            let weight = f64::from(response[c].max(0.0) * cie::D65.0[i]);
-            sums[c] += weight * f64::from(table.0[i]);
-            weights[c] += weight;
-        }
-    }
-    [0, 1, 2].map(|c| (sums[c] / weights[c]) as f32)
 }
 
 /// Twice the largest component, and the spectrum of the colour divided by that: so no component asks for a sigmoid near 1.

@@ -1,7 +1,7 @@
 //! RGB to spectrum: reflectances of the form `sigmoid(c0 u^2 + c1 u + c2)`, looked up in precomputed tables.
 //!
 //! Jakob and Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling" (Eurographics 2019). The tables are made by
-//! `cargo xtask tables`.
+//! `cargo run -p xtask -- tables`.
 
 use crate::{ColorSpace, Lanes};
 
@@ -13,18 +13,34 @@ static DCI_P3: &[u8] = include_bytes!("../data/uplift_dci_p3.f32");
 static REC2020: &[u8] = include_bytes!("../data/uplift_rec2020.f32");
 static ACES2065: &[u8] = include_bytes!("../data/uplift_aces2065_1.f32");
 
-/// The levels of the largest component at the nodes: dense near black and white, where the coefficients change fast.
+/// The nodes of the largest component: dense near black and white, where the coefficients change fast.
 static LEVELS: [f32; RES] = {
     let mut levels = [0.0; RES];
     let mut k = 0;
     while k < RES {
-        let t = k as f64 / (RES - 1) as f64;
-        let once = t * t * (3.0 - 2.0 * t);
-        levels[k] = (once * once * (3.0 - 2.0 * once)) as f32;
+        let once = smooth(k as f64 / (RES - 1) as f64);
+        let level = 0.5 * once + 0.5 * smooth(once);
+        levels[k] = if level < 1e-6 { 1e-6 } else { level as f32 };
         k += 1;
     }
     levels
 };
+
+/// The nodes of a smaller component relative to the largest: dense near 0 and 1.
+static RATIOS: [f32; RES] = {
+    let mut ratios = [0.0; RES];
+    let mut i = 0;
+    while i < RES {
+        let t = i as f64 / (RES - 1) as f64;
+        ratios[i] = (0.75 * smooth(t) + 0.25 * t) as f32;
+        i += 1;
+    }
+    ratios
+};
+
+const fn smooth(t: f64) -> f64 {
+    t * t * (3.0 - 2.0 * t)
+}
 
 /// A smooth spectrum with values in (0,1): `1/2 + x / (2 sqrt(1 + x^2))` of `x = c0 u^2 + c1 u + c2`, where `u = (lambda - 595 nm) / 235 nm`
 /// runs from -1 to 1 over 360..830 nm.
@@ -32,8 +48,8 @@ static LEVELS: [f32; RES] = {
 pub struct Sigmoid(pub [f32; 3]);
 
 impl Sigmoid {
-    /// A coefficient so large that the sigmoid is 0 or 1 to the last bit, and its square still finite.
-    const SATURATED: f32 = 1e9;
+    /// A coefficient so large that the sigmoid is exactly 0 or 1, and its square still finite.
+    const SATURATED: f32 = 1e19;
 
     /// The flat spectrum `value`, clamped to [0,1].
     #[inline]
@@ -48,7 +64,10 @@ impl Sigmoid {
         let [c0, c1, c2] = self.0;
         let u = (lambda - 595.0) * (1.0 / 235.0);
         let x = (c0 * u + c1) * u + c2;
-        0.5 + 0.5 * (x / (1.0 + x * x).sqrt())
+        // The same as in the definition, but without cancellation in the dark.
+        let root = (1.0 + x * x).sqrt();
+        let tail = 1.0 / (2.0 * root * (root + x.abs()));
+        if x < 0.0 { tail } else { 1.0 - tail }
     }
 
     /// The values at four wavelengths in nanometres.
@@ -87,15 +106,9 @@ pub(crate) fn coefficients(space: ColorSpace, rgb: [f32; 3]) -> Sigmoid {
         2
     };
     let z = rgb[largest];
-    let scale = (RES - 1) as f32 / z;
-    // Ratios are at most 1, but a subnormal level may make their quotient overflow.
-    let x = (rgb[(largest + 1) % 3] * scale).min((RES - 1) as f32);
-    let y = (rgb[(largest + 2) % 3] * scale).min((RES - 1) as f32);
-    let (xi, yi) = ((x as usize).min(RES - 2), (y as usize).min(RES - 2));
-    let zi = LEVELS.partition_point(|&level| level < z).clamp(1, RES - 1) - 1;
-    let dx = x - xi as f32;
-    let dy = y - yi as f32;
-    let dz = (z - LEVELS[zi]) / (LEVELS[zi + 1] - LEVELS[zi]);
+    let (xi, dx) = locate(&RATIOS, rgb[(largest + 1) % 3] / z);
+    let (yi, dy) = locate(&RATIOS, rgb[(largest + 2) % 3] / z);
+    let (zi, dz) = locate(&LEVELS, z);
 
     let mut c = [0.0; 3];
     for (k, wz) in [(0, 1.0 - dz), (1, dz)] {
@@ -107,7 +120,16 @@ pub(crate) fn coefficients(space: ColorSpace, rgb: [f32; 3]) -> Sigmoid {
             }
         }
     }
-    Sigmoid(c)
+    // The coefficients are stored times this, which makes them nearly linear in the level. Bounded, so that squares stay finite.
+    let weight = (z.max(1e-12) * (1.03 - z)).sqrt();
+    Sigmoid(c.map(|v| v / weight))
+}
+
+/// The interval between two nodes in which `v` lies, and where in it, in [0,1].
+#[inline]
+fn locate(nodes: &[f32; RES], v: f32) -> (usize, f32) {
+    let i = nodes.partition_point(|&node| node < v).clamp(1, RES - 1) - 1;
+    (i, ((v - nodes[i]) / (nodes[i + 1] - nodes[i])).clamp(0.0, 1.0))
 }
 
 /// Three little-endian numbers, from the `first`-th on.

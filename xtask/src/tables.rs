@@ -1,0 +1,313 @@
+//! Builds the binary tables of the spectrum crate from the CSV files next to them.
+//!
+//! The RGB-to-spectrum tables follow Jakob and Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling"
+//! (Eurographics 2019): a Gauss-Newton fit, in CIELAB, of `sigmoid(quadratic(lambda))` under the colour space's white.
+
+use std::path::Path;
+use std::{fs, thread};
+
+use anyhow::{Context, Result, ensure};
+
+/// Whole nanometres from 360 to 830.
+const SAMPLES: usize = 471;
+/// Nodes along each axis of a coefficient table. The spectrum crate knows the same number.
+const RESOLUTION: usize = 32;
+
+/// Writes `cie1931.f32`, `blackbody_log_xyz.f32`, `illuminant_d65.f32`, `illuminant_aces_d60.f32` and `uplift_*.f32` into `data`, the spectrum crate's data folder.
+///
+/// # Errors
+/// When a CSV file is missing or malformed, or a table cannot be written.
+pub fn run(data: &Path) -> Result<()> {
+    let observer = read_csv(&data.join("cie1931.csv"), 3)?;
+    ensure!(observer.len() == SAMPLES, "cie1931.csv has {} rows, not {SAMPLES}", observer.len());
+    let xyz: [Vec<f64>; 3] = [1, 2, 3].map(|column| observer.iter().map(|row| row[column]).collect());
+    write_f32(&data.join("cie1931.f32"), xyz.iter().flatten().copied())?;
+
+    write_f32(&data.join("blackbody_log_xyz.f32"), blackbody_log_xyz(&xyz).into_iter())?;
+
+    let mut whites = Vec::new();
+    for (source, target) in [("stdillum-D65", "illuminant_d65"), ("illum-acesD60", "illuminant_aces_d60")] {
+        let rows = read_csv(&data.join(format!("named/{source}.csv")), 1)?;
+        let white = normalized_white(&rows, &xyz[1]);
+        write_f32(&data.join(format!("{target}.f32")), white.iter().copied())?;
+        whites.push(white);
+    }
+    for (name, primaries, white) in [
+        ("srgb", [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]], &whites[0]),
+        ("dci_p3", [[0.68, 0.32], [0.265, 0.690], [0.15, 0.06]], &whites[0]),
+        ("rec2020", [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]], &whites[0]),
+        ("aces2065_1", [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077]], &whites[1]),
+    ] {
+        let table = Gamut::new(&xyz, white, primaries).table();
+        write_f32(&data.join(format!("uplift_{name}.f32")), table.into_iter())?;
+    }
+    Ok(())
+}
+
+/// Rows of `1 + columns` numbers; lines that start with `#` are comments.
+fn read_csv(path: &Path, columns: usize) -> Result<Vec<Vec<f64>>> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let mut rows = Vec::new();
+    for line in text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()) {
+        let row: Vec<f64> = line
+            .split(',')
+            .map(|cell| cell.trim().parse().with_context(|| format!("{}: not a number in '{line}'", path.display())))
+            .collect::<Result<_>>()?;
+        ensure!(row.len() == columns + 1, "{}: '{line}' should have {} cells", path.display(), columns + 1);
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+fn write_f32(path: &Path, values: impl Iterator<Item = f64>) -> Result<()> {
+    let bytes: Vec<u8> = values.flat_map(|value| (value as f32).to_le_bytes()).collect();
+    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The illuminant at whole nanometres, its ends continued, scaled so that it has the luminance of an equal-energy spectrum of 1.
+fn normalized_white(rows: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
+    let at = |lambda: f64| {
+        let k = rows.partition_point(|row| row[0] <= lambda);
+        match (k.checked_sub(1).map(|k| &rows[k]), rows.get(k)) {
+            (None, Some(only)) | (Some(only), None) => only[1],
+            (Some(a), Some(b)) => a[1] + (b[1] - a[1]) * (lambda - a[0]) / (b[0] - a[0]),
+            (None, None) => 0.0,
+        }
+    };
+    let white: Vec<f64> = (0..SAMPLES).map(|i| at(360.0 + i as f64)).collect();
+    let luminance: f64 = white.iter().zip(y).map(|(w, y)| w * y).sum();
+    let scale = y.iter().sum::<f64>() / luminance;
+    white.iter().map(|w| w * scale).collect()
+}
+
+/// `ln X, ln Y, ln Z` of black bodies with peak 1, from 10 to 2500 mired in steps of 5: nearly straight lines, so that few rows serve.
+fn blackbody_log_xyz(xyz: &[Vec<f64>; 3]) -> Vec<f64> {
+    let planck = |lambda: f64, kelvin: f64| 1.0 / (lambda.powi(5) * (1.438776877e7 / (lambda * kelvin)).exp_m1());
+    (2..=500)
+        .flat_map(|step| {
+            let kelvin = 1e6 / (5.0 * f64::from(step));
+            let peak = planck(2.897771955e6 / kelvin, kelvin);
+            [0, 1, 2].map(|c: usize| {
+                let sum: f64 = (0..SAMPLES).map(|i| xyz[c][i] * planck(360.0 + i as f64, kelvin)).sum();
+                (sum / peak).ln()
+            })
+        })
+        .collect()
+}
+
+/// What the fit needs to know of one colour space.
+struct Gamut {
+    /// Per nanometre: XYZ of the reflected white light, normalised to Y = 1 for a perfect reflector.
+    weights: Vec<[f64; 3]>,
+    xyz_from_rgb: [[f64; 3]; 3],
+    white: [f64; 3],
+}
+
+impl Gamut {
+    fn new(xyz: &[Vec<f64>; 3], illuminant: &[f64], primaries: [[f64; 2]; 3]) -> Gamut {
+        let luminance: f64 = illuminant.iter().zip(&xyz[1]).map(|(s, y)| s * y).sum();
+        let weights: Vec<[f64; 3]> =
+            (0..SAMPLES).map(|i| [0, 1, 2].map(|c| xyz[c][i] * illuminant[i] / luminance)).collect();
+        let white = [0, 1, 2].map(|c| weights.iter().map(|w| w[c]).sum::<f64>());
+        let columns = primaries.map(|[x, y]| [x / y, 1.0, (1.0 - x - y) / y]);
+        let matrix = [0, 1, 2].map(|row| columns.map(|column| column[row]));
+        let scale = solve(matrix, white);
+        let xyz_from_rgb = matrix.map(|row| [row[0] * scale[0], row[1] * scale[1], row[2] * scale[2]]);
+        Gamut { weights, xyz_from_rgb, white }
+    }
+
+    /// Weighted coefficients for all nodes: largest channel, its value, then the other two channels relative to it; the last runs fastest.
+    fn table(&self) -> Vec<f64> {
+        let n = RESOLUTION;
+        let rows: Vec<(usize, usize)> = (0..3).flat_map(|l| (0..n).map(move |j| (l, j))).collect();
+        let threads = thread::available_parallelism().map_or(1, |count| count.get());
+        let chunk = rows.len().div_ceil(threads);
+        let mut table = vec![0.0; 3 * n * n * n * 3];
+        thread::scope(|scope| {
+            let workers: Vec<_> = rows
+                .chunks(chunk)
+                .map(|rows| scope.spawn(move || rows.iter().map(|&(l, j)| (l, j, self.slab(l, j))).collect::<Vec<_>>()))
+                .collect();
+            for worker in workers {
+                for (l, j, slab) in worker.join().expect("a fit cannot panic") {
+                    for (k, row) in slab.iter().enumerate() {
+                        let start = ((l * n + k) * n + j) * n * 3;
+                        table[start..start + n * 3].copy_from_slice(row.as_flattened());
+                    }
+                }
+            }
+        });
+        table
+    }
+
+    /// All fits for one largest channel `l` and one node `j` of the second ratio, by level and first ratio.
+    fn slab(&self, l: usize, j: usize) -> Vec<[[f64; 3]; RESOLUTION]> {
+        let n = RESOLUTION;
+        let mut slab = vec![[[0.0; 3]; RESOLUTION]; n];
+        for i in 0..n {
+            // Neighbouring levels make good first guesses, so the walk starts where the fit is easy.
+            let start = n / 5;
+            for levels in [(start..n).collect::<Vec<_>>(), (0..start).rev().collect()] {
+                let mut c = if levels.first() == Some(&start) {
+                    [0.0; 3]
+                } else {
+                    slab[start][i].map(|v: f64| v / weight(level(start)))
+                };
+                for k in levels {
+                    let b = level(k);
+                    let mut rgb = [0.0; 3];
+                    rgb[l] = b;
+                    rgb[(l + 1) % 3] = ratio(i) * b;
+                    rgb[(l + 2) % 3] = ratio(j) * b;
+                    self.fit(rgb, &mut c);
+                    slab[k][i] = c.map(|v| v * weight(b));
+                }
+            }
+        }
+        slab
+    }
+
+    /// Gauss-Newton from the guess `c`, damped as Levenberg and Marquardt have it, since the undamped steps run away for saturated colours.
+    fn fit(&self, rgb: [f64; 3], c: &mut [f64; 3]) {
+        let target = self.lab(multiply(&self.xyz_from_rgb, rgb)).0;
+        let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+        let mut damping = 1e-6;
+        let (mut xyz, mut derivative) = self.reflect(*c);
+        for _ in 0..60 {
+            let (lab, lab_slope) = self.lab(xyz);
+            let residual = [0, 1, 2].map(|r| target[r] - lab[r]);
+            let error = square(residual);
+            if error < 1e-14 || damping > 1e12 {
+                break;
+            }
+            let jacobian = multiply_matrices(lab_slope, derivative);
+            let mut normal = [[0.0; 3]; 3];
+            let mut gradient = [0.0; 3];
+            for p in 0..3 {
+                gradient[p] = (0..3).map(|r| jacobian[r][p] * residual[r]).sum();
+                for q in 0..3 {
+                    normal[p][q] = (0..3).map(|r| jacobian[r][p] * jacobian[r][q]).sum();
+                }
+            }
+            while damping <= 1e12 {
+                let mut damped = normal;
+                for p in 0..3 {
+                    damped[p][p] += damping * (normal[p][p] + 1e-12);
+                }
+                let step = solve(damped, gradient);
+                let mut next = [0, 1, 2].map(|p| c[p] + step[p]);
+                let largest = next.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+                if largest > LARGEST {
+                    next = next.map(|v| v * LARGEST / largest);
+                }
+                let (next_xyz, next_derivative) = self.reflect(next);
+                let next_lab = self.lab(next_xyz).0;
+                if square([0, 1, 2].map(|r| target[r] - next_lab[r])) < error {
+                    (*c, xyz, derivative) = (next, next_xyz, next_derivative);
+                    damping = (damping * 0.1).max(1e-12);
+                    break;
+                }
+                damping *= 10.0;
+            }
+        }
+    }
+
+    /// XYZ of the reflectance with coefficients `c` under white, and its derivative by the coefficients.
+    fn reflect(&self, c: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let mut xyz = [0.0; 3];
+        let mut derivative = [[0.0; 3]; 3];
+        for (i, weight) in self.weights.iter().enumerate() {
+            let u = (i as f64 - 235.0) / 235.0;
+            let x = (c[0] * u + c[1]) * u + c[2];
+            let root = 1.0 / (1.0 + x * x).sqrt();
+            let (s, slope) = (0.5 + 0.5 * x * root, 0.5 * root * root * root);
+            let powers = [slope * u * u, slope * u, slope];
+            for m in 0..3 {
+                xyz[m] += weight[m] * s;
+                for p in 0..3 {
+                    derivative[m][p] += weight[m] * powers[p];
+                }
+            }
+        }
+        (xyz, derivative)
+    }
+
+    /// CIELAB of `xyz` relative to the white, and its derivative by XYZ.
+    fn lab(&self, xyz: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+        const DELTA: f64 = 6.0 / 29.0;
+        let mut f = [0.0; 3];
+        let mut slope = [0.0; 3];
+        for m in 0..3 {
+            let t = xyz[m] / self.white[m];
+            if t > DELTA * DELTA * DELTA {
+                f[m] = t.cbrt();
+                slope[m] = 1.0 / (3.0 * f[m] * f[m] * self.white[m]);
+            } else {
+                f[m] = t / (3.0 * DELTA * DELTA) + 4.0 / 29.0;
+                slope[m] = 1.0 / (3.0 * DELTA * DELTA * self.white[m]);
+            }
+        }
+        let lab = [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])];
+        let derivative = [
+            [0.0, 116.0 * slope[1], 0.0],
+            [500.0 * slope[0], -500.0 * slope[1], 0.0],
+            [0.0, 200.0 * slope[1], -200.0 * slope[2]],
+        ];
+        (lab, derivative)
+    }
+}
+
+/// No coefficient of a fit grows beyond this.
+const LARGEST: f64 = 1000.0;
+
+/// Node `k` of the largest component: dense near black and white, where the coefficients change fast. Not quite 0, where they have no limit.
+fn level(k: usize) -> f64 {
+    let once = smooth(k as f64 / (RESOLUTION - 1) as f64);
+    (0.5 * once + 0.5 * smooth(once)).max(1e-6)
+}
+
+/// Node `i` of a smaller component relative to the largest: dense near 0 and 1.
+fn ratio(i: usize) -> f64 {
+    let t = i as f64 / (RESOLUTION - 1) as f64;
+    0.75 * smooth(t) + 0.25 * t
+}
+
+fn smooth(t: f64) -> f64 {
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// What the coefficients are multiplied by before they are stored: with it they are nearly linear in the level, since a sigmoid has the value `s` at
+/// `(s - 1/2) / sqrt(s (1 - s))`. Not quite 0 at 1, where coefficients of saturated colours stay finite.
+fn weight(level: f64) -> f64 {
+    (level * (1.03 - level)).sqrt()
+}
+
+fn multiply(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+fn multiply_matrices(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    a.map(|row| [0, 1, 2].map(|c| (0..3).map(|k| row[k] * b[k][c]).sum()))
+}
+
+/// Solves `m x = b` by Gaussian elimination with row pivots; not finite when `m` is singular.
+fn solve(mut m: [[f64; 3]; 3], mut b: [f64; 3]) -> [f64; 3] {
+    for k in 0..3 {
+        let pivot = (k..3).max_by(|&a, &c| m[a][k].abs().total_cmp(&m[c][k].abs())).unwrap_or(k);
+        m.swap(k, pivot);
+        b.swap(k, pivot);
+        for r in k + 1..3 {
+            let factor = m[r][k] / m[k][k];
+            for c in k..3 {
+                m[r][c] -= factor * m[k][c];
+            }
+            b[r] -= factor * b[k];
+        }
+    }
+    let mut x = [0.0; 3];
+    for k in (0..3).rev() {
+        let rest: f64 = (k + 1..3).map(|c| m[k][c] * x[c]).sum();
+        x[k] = (b[k] - rest) / m[k][k];
+    }
+    x
+}
