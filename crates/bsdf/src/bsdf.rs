@@ -1,0 +1,112 @@
+//! The closed set of lobes that a surface can have.
+
+use crate::conductor::Conductor;
+use crate::dielectric::Dielectric;
+use crate::diffuse::Diffuse;
+use crate::diffuse_transmission::DiffuseTransmission;
+use crate::layered::{CoatedConductor, CoatedDiffuse};
+use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
+use crate::thin_dielectric::ThinDielectric;
+use steradian_math::Vec3;
+use steradian_spectrum::Lanes;
+
+/// What a surface does to light. The methods are those of [`Lobe`], whose contract they obey.
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "each variant is documented at its type")]
+#[expect(clippy::large_enum_variant, reason = "lives on the stack of one path vertex; a box would allocate")]
+pub enum Bsdf {
+    Diffuse(Diffuse),
+    Conductor(Conductor),
+    Dielectric(Dielectric),
+    ThinDielectric(ThinDielectric),
+    DiffuseTransmission(DiffuseTransmission),
+    CoatedDiffuse(CoatedDiffuse),
+    CoatedConductor(CoatedConductor),
+}
+
+/// The only `match` over the kinds of lobes.
+macro_rules! with_lobe {
+    ($bsdf:expr, $lobe:ident => $body:expr) => {
+        match $bsdf {
+            Bsdf::Diffuse($lobe) => $body,
+            Bsdf::Conductor($lobe) => $body,
+            Bsdf::Dielectric($lobe) => $body,
+            Bsdf::ThinDielectric($lobe) => $body,
+            Bsdf::DiffuseTransmission($lobe) => $body,
+            Bsdf::CoatedDiffuse($lobe) => $body,
+            Bsdf::CoatedConductor($lobe) => $body,
+        }
+    };
+}
+
+impl Lobe for Bsdf {
+    #[inline]
+    fn flags(&self) -> Lobes {
+        with_lobe!(self, lobe => lobe.flags())
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Lanes {
+        with_lobe!(self, lobe => lobe.eval(wo, wi, mode))
+    }
+
+    #[inline]
+    fn eval_cos(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Lanes {
+        with_lobe!(self, lobe => lobe.eval_cos(wo, wi, mode))
+    }
+
+    #[inline]
+    fn pdf_part(&self, wo: Vec3, wi: Vec3, mode: TransportMode, part: Part) -> f32 {
+        with_lobe!(self, lobe => lobe.pdf_part(wo, wi, mode, part))
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+        with_lobe!(self, lobe => lobe.pdf(wo, wi, mode))
+    }
+
+    #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Lanes, f32) {
+        with_lobe!(self, lobe => lobe.eval_and_pdf(wo, wi, mode))
+    }
+
+    #[inline]
+    fn sample_part(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], mode: TransportMode, part: Part) -> Option<LobeSample> {
+        with_lobe!(self, lobe => lobe.sample_part(wo, u_lobe, u, mode, part))
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<LobeSample> {
+        with_lobe!(self, lobe => lobe.sample(wo, u_lobe, u, mode))
+    }
+
+    #[inline]
+    fn regularize(&mut self) {
+        with_lobe!(self, lobe => lobe.regularize());
+    }
+}
+
+impl Bsdf {
+    /// Estimate of the fraction of light from `wo` that is scattered anywhere, from sixteen fixed points; the same for
+    /// every caller. For albedo images and denoisers, not for transport.
+    pub fn albedo(&self, wo: Vec3) -> Lanes {
+        match self {
+            Self::Diffuse(lobe) => lobe.reflectance,
+            Self::DiffuseTransmission(lobe) => lobe.reflectance + lobe.transmittance,
+            other => crate::albedo::estimate(other, wo, 16),
+        }
+    }
+}
+
+macro_rules! from_lobe {
+    ($($lobe:ident),+) => {
+        $(impl From<$lobe> for Bsdf {
+            #[inline]
+            fn from(lobe: $lobe) -> Self {
+                Self::$lobe(lobe)
+            }
+        })+
+    };
+}
+
+from_lobe!(Diffuse, Conductor, Dielectric, ThinDielectric, DiffuseTransmission, CoatedDiffuse, CoatedConductor);

@@ -1,0 +1,97 @@
+//! Metals: a mirror or rough microfacet reflection with the Fresnel equations for complex indices (Torrance and Sparrow 1967).
+
+use crate::direction::{mirror, reflect, same_hemisphere};
+use crate::fresnel::fresnel_conductor_lanes;
+use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
+use crate::microfacet::TrowbridgeReitz;
+use steradian_math::Vec3;
+use steradian_spectrum::Lanes;
+
+/// Reflection off a metal with complex index `eta + i k` relative to the outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conductor {
+    /// The microfacets.
+    pub distribution: TrowbridgeReitz,
+    /// Real part of the index.
+    pub eta: Lanes,
+    /// Imaginary part of the index.
+    pub k: Lanes,
+}
+
+impl Conductor {
+    /// A lobe with this roughness and index.
+    #[inline]
+    pub const fn new(distribution: TrowbridgeReitz, eta: Lanes, k: Lanes) -> Self {
+        Self { distribution, eta, k }
+    }
+
+    /// Half vector of a reflection, in the upper hemisphere.
+    #[inline]
+    fn half_vector(&self, wo: Vec3, wi: Vec3) -> Option<Vec3> {
+        if !same_hemisphere(wo, wi) || self.distribution.is_smooth() {
+            return None;
+        }
+        let wm = (wo + wi).try_normalize()?;
+        Some(if wm.z < 0.0 { -wm } else { wm })
+    }
+}
+
+impl Lobe for Conductor {
+    #[inline]
+    fn flags(&self) -> Lobes {
+        Lobes::REFLECTION | if self.distribution.is_smooth() { Lobes::SPECULAR } else { Lobes::GLOSSY }
+    }
+
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Lanes {
+        let Some(wm) = self.half_vector(wo, wi) else { return Lanes::ZERO };
+        let d = &self.distribution;
+        fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k)
+            * (d.normals(wm) * d.masking_shadowing(wo, wi) / (4.0 * wo.z * wi.z))
+    }
+
+    #[inline]
+    fn pdf_part(&self, wo: Vec3, wi: Vec3, _mode: TransportMode, part: Part) -> f32 {
+        match self.half_vector(wo, wi) {
+            Some(wm) if part != Part::Transmission => {
+                // visible_normals / (4 |wo . wm|), the dot product cancelled
+                self.distribution.masking(wo) * self.distribution.normals(wm) / (4.0 * wo.z.abs())
+            }
+            _ => 0.0,
+        }
+    }
+
+    #[inline]
+    fn sample_part(&self, wo: Vec3, _: f32, u: [f32; 2], _mode: TransportMode, part: Part) -> Option<LobeSample> {
+        if part == Part::Transmission || wo.z == 0.0 {
+            return None;
+        }
+        let d = &self.distribution;
+        let sample = |wi, weight, pdf, flag| LobeSample {
+            wi,
+            weight,
+            pdf,
+            flags: Lobes::REFLECTION | flag,
+            eta: 1.0,
+            pdf_is_proportional: false,
+        };
+        if d.is_smooth() {
+            let weight = fresnel_conductor_lanes(wo.z.abs(), self.eta, self.k);
+            return Some(sample(mirror(wo), weight, 1.0, Lobes::SPECULAR));
+        }
+        let wm = d.sample_visible_normal(wo, u);
+        let wi = reflect(wo, wm);
+        if !same_hemisphere(wo, wi) {
+            return None;
+        }
+        let masking = d.masking(wo);
+        let pdf = masking * d.normals(wm) / (4.0 * wo.z.abs());
+        let fresnel = fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k);
+        // Density and distribution cancel: what is left of f cos / pdf is the shadowing.
+        Some(sample(wi, fresnel * (d.masking_shadowing(wo, wi) / masking), pdf, Lobes::GLOSSY))
+    }
+
+    fn regularize(&mut self) {
+        self.distribution.regularize();
+    }
+}
