@@ -174,7 +174,7 @@ impl ColorSpace {
 
     /// The smooth reflectance that looks like `rgb` under this space's white: see Jakob and Hanika 2019.
     ///
-    /// Components are clamped to [0,1]; NaN stays NaN.
+    /// Components are clamped to `[0,1]`; NaN stays NaN.
     #[inline]
     pub fn to_coefficients(self, rgb: [f32; 3]) -> Sigmoid {
         uplift::coefficients(self, rgb)

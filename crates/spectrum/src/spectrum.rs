@@ -7,7 +7,7 @@ use crate::{ColorSpace, Lanes, SpectrumError, Wavelengths, cie, planck};
 /// What a spectrum is for, which decides the colour that stands for it in RGB mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SpectrumUse {
-    /// A reflectance or transmittance, in [0,1]. RGB is its colour under D65; a constant `c` reads `c, c, c`.
+    /// A reflectance or transmittance, in `[0,1]`. RGB is its colour under D65; a constant `c` reads `c, c, c`.
     Albedo,
     /// An index of refraction, an extinction, a density: weighted averages as for [`SpectrumUse::Albedo`], limited to the range of the spectrum. A
     /// constant `c` reads `c, c, c`.
@@ -86,7 +86,7 @@ impl Spectrum {
         Ok(Spectrum::with_reading(kind, usage))
     }
 
-    /// The smooth reflectance that looks like `rgb` (clamped to [0,1]) under the white of `space`.
+    /// The smooth reflectance that looks like `rgb` (clamped to `[0,1]`) under the white of `space`.
     pub fn rgb_albedo(space: ColorSpace, rgb: [f32; 3]) -> Spectrum {
         let kind = Kind::Sigmoid { scale: 1.0, sigmoid: space.to_coefficients(rgb) };
         Spectrum { kind, usage: SpectrumUse::Albedo, rgb: read_albedo(space, rgb) }
@@ -144,6 +144,14 @@ impl Spectrum {
     /// The same values, tabulated at whole nanometres: the fastest kind to evaluate.
     pub fn to_dense(&self) -> Dense {
         Dense::from_fn(|lambda| self.eval_at(lambda))
+    }
+
+    /// The same spectrum in its fastest form: samples and black bodies become tables (and so steps of 1 nm), the others stay. The reading stays.
+    pub fn tabulated(mut self) -> Spectrum {
+        if matches!(self.kind, Kind::PiecewiseLinear(_) | Kind::Blackbody { .. }) {
+            self.kind = Kind::Dense(Box::new(self.to_dense()));
+        }
+        self
     }
 
     /// What the spectrum is for.

@@ -51,7 +51,7 @@ impl Sigmoid {
     /// A coefficient so large that the sigmoid is exactly 0 or 1, and its square still finite.
     const SATURATED: f32 = 1e19;
 
-    /// The flat spectrum `value`, clamped to [0,1].
+    /// The flat spectrum `value`, clamped to `[0,1]`.
     #[inline]
     pub fn flat(value: f32) -> Sigmoid {
         let x = (value - 0.5) / (value * (1.0 - value)).max(0.0).sqrt();
@@ -85,7 +85,7 @@ impl Sigmoid {
     }
 }
 
-/// The spectrum that looks like `rgb` under the white of `space`; components are clamped to [0,1]; NaN stays NaN.
+/// The spectrum that looks like `rgb` under the white of `space`; components are clamped to `[0,1]`; NaN stays NaN.
 pub(crate) fn coefficients(space: ColorSpace, rgb: [f32; 3]) -> Sigmoid {
     let rgb = rgb.map(|v| v.clamp(0.0, 1.0));
     let [r, g, b] = rgb;
@@ -115,20 +115,23 @@ pub(crate) fn coefficients(space: ColorSpace, rgb: [f32; 3]) -> Sigmoid {
         for (j, wy) in [(0, 1.0 - dy), (1, dy)] {
             let first = (((largest * RES + zi + k) * RES + yi + j) * RES + xi) * 3;
             let (left, right) = (triple(table, first), triple(table, first + 3));
+            let (a, b) = (wz * wy * (1.0 - dx), wz * wy * dx);
             for p in 0..3 {
-                c[p] += wz * wy * ((1.0 - dx) * left[p] + dx * right[p]);
+                c[p] += a * left[p] + b * right[p];
             }
         }
     }
     // The coefficients are stored times this, which makes them nearly linear in the level. Bounded, so that squares stay finite.
-    let weight = (z.max(1e-12) * (1.03 - z)).sqrt();
-    Sigmoid(c.map(|v| v / weight))
+    let unweight = 1.0 / (z.max(1e-12) * (1.03 - z)).sqrt();
+    Sigmoid(c.map(|v| v * unweight))
 }
 
-/// The interval between two nodes in which `v` lies, and where in it, in [0,1].
+/// The interval between two nodes in which `v` lies, and where in it, in 0..=1.
 #[inline]
 fn locate(nodes: &[f32; RES], v: f32) -> (usize, f32) {
-    let i = nodes.partition_point(|&node| node < v).clamp(1, RES - 1) - 1;
+    // Counting all nodes vectorises, and so is faster than a binary search among so few.
+    let below: u32 = nodes.iter().map(|&node| u32::from(node < v)).sum();
+    let i = (below as usize).clamp(1, RES - 1) - 1;
     (i, ((v - nodes[i]) / (nodes[i + 1] - nodes[i])).clamp(0.0, 1.0))
 }
 

@@ -69,6 +69,16 @@ fn tables_take_the_nearest_nanometre() {
 }
 
 #[test]
+fn tabulating_keeps_values_at_whole_nanometres_and_the_reading() {
+    let gold = named::spectrum("metal-Au-k").unwrap();
+    let table = gold.clone().tabulated();
+    assert_eq!(table.rgb(), gold.rgb());
+    assert_eq!([360.0, 555.0, 830.0].map(|l| table.eval_at(l)), [360.0, 555.0, 830.0].map(|l| gold.eval_at(l)));
+    assert_eq!(table.eval_at(555.3), gold.eval_at(555.0));
+    assert_eq!(table.eval(&Wavelengths::rgb()), gold.eval(&Wavelengths::rgb()));
+}
+
+#[test]
 fn scaling_scales_every_kind_and_its_reading() {
     let at = Wavelengths::sample_visible(0.6);
     let space = steradian_spectrum::ColorSpace::Srgb;
