@@ -75,7 +75,8 @@ impl Dielectric {
     }
 
     fn sample_smooth(&self, wo: Vec3, u_lobe: f32, mode: TransportMode, part: Part) -> Option<LobeSample> {
-        let r = fresnel_dielectric(wo.z, self.eta);
+        // Rounding would leave a trace of reflection where there is no interface.
+        let r = if self.eta == 1.0 { 0.0 } else { fresnel_dielectric(wo.z, self.eta) };
         let (pr, pt) = part.mask(r, 1.0 - r);
         let sum = pr + pt;
         if sum == 0.0 || wo.z == 0.0 {
