@@ -4,10 +4,30 @@
 //! uncertain, which way the surface faces, and how it is parametrised. Materials and lights are other crates' matter.
 
 mod accel;
+mod bilinear;
+mod bilinear_mesh;
 mod block;
+mod curvature;
+mod cylinder;
+mod disk;
+mod hit;
+mod mesh;
+mod placed;
+mod quadric;
+mod sphere;
 mod triangle;
+mod triangle_sampling;
 
 pub use accel::{Accel, AccelError, AccelHit, HitKind, InputTriangle};
+pub use bilinear::{BilinearHit, BilinearPatch};
+pub use bilinear_mesh::BilinearMesh;
 pub use block::TriangleBlock;
+pub use cylinder::Cylinder;
+pub use disk::Disk;
+pub use hit::{Reference, Shading, ShapeSample, SurfaceHit, area_to_solid_angle};
+pub use mesh::{MeshError, TriangleMesh};
+pub use placed::{PlacedQuadric, Quadric};
+pub use quadric::QuadricHit;
+pub use sphere::Sphere;
 pub use steradian_math::offset_ray_origin;
 pub use triangle::{ShearedRay, Triangle, TriangleHit};

@@ -114,7 +114,8 @@ fn random_scenes_match_brute_force() {
 /// A closed, bumpy surface around the origin.
 fn blob(n: usize, bumps: f32) -> Vec<InputTriangle> {
     let at = |i: usize, j: usize| {
-        let (theta, phi) = (i as f32 / n as f32 * steradian_math::PI, (j % (2 * n)) as f32 / n as f32 * steradian_math::PI);
+        let (theta, phi) =
+            (i as f32 / n as f32 * steradian_math::PI, (j % (2 * n)) as f32 / n as f32 * steradian_math::PI);
         let r = 1.0 + bumps * steradian_math::sin(9.0 * theta) * steradian_math::cos(7.0 * phi);
         if i == 0 || i == n {
             return Point3::new(0.0, 0.0, if i == 0 { 1.0 } else { -1.0 });

@@ -1,0 +1,124 @@
+//! Points and directions to triangles: by area, and by solid angle (Arvo 1995; PBRT 4th ed., 6.5.4).
+
+use steradian_math::{Normal3, Point2, Point3, Vec3, gamma};
+use steradian_sampling::warp::{
+    SphericalTriangle, spherical_triangle_area, square_to_bilinear, square_to_bilinear_pdf, square_to_uniform_triangle,
+};
+
+use crate::hit::{cosine_weight, finite_or_zero};
+use crate::{Reference, ShapeSample, Triangle, area_to_solid_angle};
+
+/// Solid angles between which sampling by solid angle is worth its price, and stable.
+const SPHERICAL: std::ops::RangeInclusive<f32> = 3e-4..=6.22;
+
+impl Triangle {
+    /// The area.
+    #[inline]
+    pub fn area(&self) -> f32 {
+        0.5 * (self.p[1] - self.p[0]).cross(self.p[2] - self.p[0]).length()
+    }
+
+    /// The unit normal `(p1 - p0) x (p2 - p0)`; not finite if the triangle has no area.
+    #[inline]
+    pub fn normal(&self) -> Normal3 {
+        (self.p[1] - self.p[0]).cross(self.p[2] - self.p[0]).normalize().to_normal()
+    }
+
+    /// The point with barycentric coordinates `b1`, `b2`, and a bound on its error.
+    #[inline]
+    pub fn point(&self, b1: f32, b2: f32) -> (Point3, Vec3) {
+        let [p0, p1, p2] = [self.p[0] * (1.0 - b1 - b2), self.p[1] * b1, self.p[2] * b2];
+        let sum = p0.abs() + p1.abs() + p2.abs();
+        (p0 + p1 + p2, gamma(7) * sum.to_vec())
+    }
+
+    fn sample_at(&self, b1: f32, b2: f32, pdf: f32) -> ShapeSample {
+        let (p, p_error) = self.point(b1, b2);
+        ShapeSample { p, p_error, n: self.normal(), uv: Point2::new(b1, b2), pdf }
+    }
+
+    /// A uniform point. `pdf` is per area. `None` if there is no area.
+    pub fn sample_area(&self, u: [f32; 2]) -> Option<ShapeSample> {
+        let pdf = 1.0 / self.area();
+        let [_, b1, b2] = square_to_uniform_triangle(u);
+        (pdf.is_finite() && !self.is_degenerate()).then(|| self.sample_at(b1, b2, pdf))
+    }
+
+    /// The unit vectors from `from` to the vertices; `None` if it is a vertex.
+    fn seen_from(&self, from: Point3) -> Option<[Vec3; 3]> {
+        let [a, b, c] = self.p.map(|p| (p - from).try_normalize());
+        Some([a?, b?, c?])
+    }
+
+    /// The solid angle that the triangle fills, seen from `from`.
+    pub fn solid_angle(&self, from: Point3) -> f32 {
+        self.seen_from(from).map_or(0.0, |[a, b, c]| spherical_triangle_area(a, b, c))
+    }
+
+    /// The triangle on the unit sphere around the reference, if it is to be sampled there, and the weights of the
+    /// corners of the unit square, whose images are b, b, a and c.
+    fn spherical(&self, from: &Reference) -> Option<(SphericalTriangle, Option<[f32; 4]>)> {
+        let [a, b, c] = self.seen_from(from.p)?;
+        let solid_angle = spherical_triangle_area(a, b, c);
+        if !SPHERICAL.contains(&solid_angle) {
+            return None;
+        }
+        let triangle = SphericalTriangle::new(a, b, c)?;
+        let weights = (from.ns != Normal3::default()).then(|| {
+            let [a, b, c] = [a, b, c].map(|w| cosine_weight(from.ns, w));
+            [b, b, a, c]
+        });
+        Some((triangle, weights))
+    }
+
+    /// A point seen from `from`: by solid angle, with preference for directions near `from.ns`, unless the triangle
+    /// looks very small or very large; then by area. `pdf` is per solid angle.
+    pub fn sample_solid_angle(&self, from: &Reference, u: [f32; 2]) -> Option<ShapeSample> {
+        if self.is_degenerate() {
+            return None;
+        }
+        let Some((triangle, weights)) = self.spherical(from) else {
+            return self.sample_area(u)?.seen_from(from.p);
+        };
+        let (u, mut pdf) = match weights {
+            Some(w) => {
+                let u = square_to_bilinear(u, w);
+                (u, square_to_bilinear_pdf(u, w))
+            }
+            None => (u, 1.0),
+        };
+        pdf *= triangle.pdf();
+        let [b1, b2] = self.barycentric(from.p, triangle.sample(u));
+        (pdf > 0.0 && pdf.is_finite()).then(|| self.sample_at(b1, b2, pdf))
+    }
+
+    /// The density per solid angle with which [`Triangle::sample_solid_angle`] gives the direction to `p` of the
+    /// triangle.
+    pub fn pdf_solid_angle(&self, from: &Reference, p: Point3) -> f32 {
+        if self.is_degenerate() {
+            return 0.0;
+        }
+        match self.spherical(from) {
+            Some((triangle, weights)) => {
+                let Some(w) = (p - from.p).try_normalize() else { return 0.0 };
+                triangle.pdf() * weights.map_or(1.0, |weights| square_to_bilinear_pdf(triangle.invert(w), weights))
+            }
+            None => finite_or_zero(area_to_solid_angle(1.0 / self.area(), from.p, p, self.normal())),
+        }
+    }
+
+    /// Barycentric coordinates of the point in direction `w`, brought into the triangle.
+    fn barycentric(&self, from: Point3, w: Vec3) -> [f32; 2] {
+        let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
+        let s1 = w.cross(e2);
+        let divisor = s1.dot(e1);
+        if divisor == 0.0 {
+            return [1.0 / 3.0; 2];
+        }
+        let s = from - self.p[0];
+        let b1 = (s.dot(s1) / divisor).clamp(0.0, 1.0);
+        let b2 = (w.dot(s.cross(e1)) / divisor).clamp(0.0, 1.0);
+        let sum = (b1 + b2).max(1.0);
+        [b1 / sum, b2 / sum]
+    }
+}
