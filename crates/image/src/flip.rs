@@ -5,7 +5,11 @@
 
 use steradian_math::{PI, exp, exp2, log2, powf};
 
-use crate::{Error, Image, metrics::same_colours, tonemap::luminance};
+use crate::{
+    Error, Image,
+    metrics::same_colours,
+    tonemap::{limited, luminance},
+};
 
 /// How the images are seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +41,7 @@ pub struct HdrExposures {
 /// `Error::Shape` if the sizes differ or there is no colour.
 pub fn flip_ldr(reference: &Image, test: &Image, settings: &FlipSettings) -> Result<Vec<f32>, Error> {
     let (r, t) = same_colours(reference, test)?;
-    let flat = |p: [&[f32]; 3]| p.map(|p| p.iter().map(|v| v.max(0.0).min(1.0)).collect::<Vec<f32>>());
+    let flat = |p: [&[f32]; 3]| p.map(|p| p.iter().map(|v| limited(*v, 1.0)).collect::<Vec<f32>>());
     Ok(Viewer::new(reference.width(), reference.height(), settings)?.compare(&flat(r), &flat(t)))
 }
 
@@ -78,7 +82,7 @@ pub fn flip_hdr_exposures(
 
 /// Narkowicz's fit to ACES with its 0.6 of exposure. NaN becomes 0.
 fn aces(v: f32) -> f32 {
-    let x = v.max(0.0).min(1e9) * 0.6;
+    let x = limited(v, 1e9) * 0.6;
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)
 }
 
@@ -153,7 +157,7 @@ impl Viewer {
         let feature = |f: fn(f32, f32) -> f32| -> Vec<f32> {
             (-reach..=reach).map(|i| f(i as f32, sd) * exp(-((i * i) as f32) / (2.0 * sd * sd))).collect()
         };
-        let [_, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|c| hunt_lab(c));
+        let [_, g, b] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(hunt_lab);
         Ok(Viewer {
             width,
             height,

@@ -70,8 +70,11 @@ pub fn metrics(test: &Image, reference: &Image) -> Result<Metrics, Error> {
     Ok(m)
 }
 
+/// Planes R, G, B.
+type Rgb<'a> = [&'a [f32]; 3];
+
 /// The colour planes of two images of the same size.
-pub(crate) fn same_colours<'a>(a: &'a Image, b: &'a Image) -> Result<([&'a [f32]; 3], [&'a [f32]; 3]), Error> {
+pub(crate) fn same_colours<'a>(a: &'a Image, b: &'a Image) -> Result<(Rgb<'a>, Rgb<'a>), Error> {
     if (a.width(), a.height()) != (b.width(), b.height()) || a.width() * a.height() == 0 {
         let (w, h, v, g) = (a.width(), a.height(), b.width(), b.height());
         return Err(Error::shape(format!("images of {w} x {h} and {v} x {g} pixels cannot be compared")));

@@ -297,7 +297,7 @@ impl Pyramid {
             if !scale.is_finite() {
                 return self.bilinear(0, st, pick);
             }
-            short = short * scale;
+            short *= scale;
             short_length *= scale;
         }
         let top = self.levels.len() - 1;

@@ -49,8 +49,8 @@ impl Operator {
 
     /// Linear Rec. 709 in, linear Rec. 709 in [0,1] out. Middle grey stays near middle grey. NaN becomes 0.
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
-        // `f32::max` drops NaN. The cap keeps the polynomials below from overflowing.
-        let rgb = rgb.map(|v| v.max(0.0).min(1e9));
+        // The cap keeps the polynomials below from overflowing.
+        let rgb = rgb.map(|v| limited(v, 1e9));
         let out = match self {
             Operator::Clip => rgb,
             Operator::Reinhard => reinhard(rgb),
@@ -103,6 +103,11 @@ impl PreparedToneMap {
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         self.operator.apply(rgb.map(|v| v * self.scale))
     }
+}
+
+/// The value held to [0, high]; NaN becomes 0, which `clamp` would pass on.
+pub(crate) fn limited(v: f32, high: f32) -> f32 {
+    if v > 0.0 { v.min(high) } else { 0.0 }
 }
 
 /// Rec. 709 luminance.

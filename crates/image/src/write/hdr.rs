@@ -32,8 +32,8 @@ pub(super) fn encode(image: &Image, name: &str) -> Result<Vec<u8>, Error> {
 
 /// The nearest shared-exponent colour. Negative and NaN components become 0, too large ones the largest value.
 fn rgbe(rgb: [f32; 3]) -> [u8; 4] {
-    // `f32::max` drops NaN.
-    let rgb = rgb.map(|v| v.max(0.0).min(1.7e38));
+    // The format ends at 255 * 2^119.
+    let rgb = rgb.map(|v| crate::tonemap::limited(v, 1.694e38));
     let largest = rgb[0].max(rgb[1]).max(rgb[2]);
     // Exponent e with largest < 2^(e-128): from the bits, since log2 would round.
     let mut e = (largest.to_bits() >> 23) as i32 - 126 + 128;

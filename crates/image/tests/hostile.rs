@@ -1,0 +1,133 @@
+//! Damaged and malicious files are errors: never a panic, never a large allocation.
+
+use std::time::{Duration, Instant};
+
+use steradian_image::{Error, Format, Image, Limits, WriteOptions, encode, read, read_limited, read_texels};
+
+const FORMATS: [(Format, &str); 5] = [
+    (Format::Exr, "a.exr"),
+    (Format::Png, "a.png"),
+    (Format::Jpeg, "a.jpg"),
+    (Format::Hdr, "a.hdr"),
+    (Format::Pfm, "a.pfm"),
+];
+
+fn good(format: Format) -> Vec<u8> {
+    let pixels: Vec<_> = (0..24 * 10).map(|i| [i as f32 / 240.0, (i % 7) as f32, 0.5]).collect();
+    encode(&Image::from_rgb(24, 10, &pixels).unwrap(), format, "a", &WriteOptions::default()).unwrap()
+}
+
+fn other_formats() -> Vec<(Vec<u8>, &'static str)> {
+    let buffer = image::RgbImage::from_fn(9, 5, |x, y| image::Rgb([x as u8 * 20, y as u8 * 40, 7]));
+    let kinds =
+        [(image::ImageFormat::Tga, "a.tga"), (image::ImageFormat::Bmp, "a.bmp"), (image::ImageFormat::Qoi, "a.qoi")];
+    kinds
+        .map(|(format, name)| {
+            let mut file = std::io::Cursor::new(Vec::new());
+            buffer.write_to(&mut file, format).unwrap();
+            (file.into_inner(), name)
+        })
+        .to_vec()
+}
+
+fn all() -> Vec<(Vec<u8>, &'static str)> {
+    FORMATS.iter().map(|&(f, n)| (good(f), n)).chain(other_formats()).collect()
+}
+
+#[test]
+fn no_truncation_panics() {
+    for (file, name) in all() {
+        assert!(read(&file, name).is_ok(), "{name}");
+        let mut refused = 0;
+        for len in 0..file.len() {
+            refused += usize::from(read(&file[..len], name).is_err());
+        }
+        // Some decoders forgive missing trailers, and JPEG by design shows what it has.
+        let least = if name == "a.jpg" { file.len() / 4 } else { file.len() * 8 / 10 };
+        assert!(refused >= least, "{name}: {refused} of {}", file.len());
+    }
+}
+
+#[test]
+fn no_flipped_byte_panics() {
+    for (file, name) in all() {
+        let step = (file.len() / 400).max(1);
+        for at in (0..file.len().min(800)).chain((800..file.len()).step_by(step)) {
+            for value in [0, 0x7f, 0x80, 0xff, file[at] ^ 1] {
+                let mut damaged = file.clone();
+                damaged[at] = value;
+                if let Ok(image) = read(&damaged, name) {
+                    assert!(image.width() * image.height() > 0);
+                }
+                // Whether it is an error depends on the byte; that it returns is the claim.
+                let _ = read_texels(&damaged, name, None);
+            }
+        }
+    }
+}
+
+#[test]
+fn huge_claims_are_refused_at_once() {
+    let mut files: Vec<(Vec<u8>, &str)> = vec![
+        (b"PF\n4000000000 4000000000\n-1.0\nxxxx".to_vec(), "a.pfm"),
+        (b"Pf\n1000000 1000000\n1.0\nxxxx".to_vec(), "a.pfm"),
+        (b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4000000000 +X 4000000000\nxxxx".to_vec(), "a.hdr"),
+        (b"#?RADIANCE\n\n-Y 100000 +X 100000\nxxxx".to_vec(), "a.hdr"),
+    ];
+    let mut qoi = b"qoif\xff\xff\xff\xff\xff\xff\xff\xff\x03\x00".to_vec();
+    qoi.extend([0; 40]);
+    files.push((qoi, "a.qoi"));
+    files.push((png_of(100_000, 100_000), "a.png"));
+    files.push((png_of(0x7fff_ffff, 0x7fff_ffff), "a.png"));
+    let mut tga = vec![0_u8; 18];
+    (tga[2], tga[16]) = (2, 24);
+    tga[12..16].fill(0xff);
+    files.push((tga, "a.tga"));
+    let mut exr = good(Format::Exr);
+    // The data window's last column and row.
+    let at = exr.windows(10).position(|w| w == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;
+    exr[at..at + 4].copy_from_slice(&1_000_000_i32.to_le_bytes());
+    exr[at + 4..at + 8].copy_from_slice(&1_000_000_i32.to_le_bytes());
+    files.push((exr, "a.exr"));
+    for (file, name) in files {
+        let start = Instant::now();
+        let result = read(&file, name);
+        assert!(result.is_err(), "{name}");
+        assert!(start.elapsed() < Duration::from_secs(2), "{name} took {:?}", start.elapsed());
+    }
+}
+
+/// A PNG header of this size with nothing behind it.
+fn png_of(width: u32, height: u32) -> Vec<u8> {
+    let mut chunk = b"IHDR".to_vec();
+    chunk.extend(width.to_be_bytes());
+    chunk.extend(height.to_be_bytes());
+    chunk.extend([8, 2, 0, 0, 0]);
+    let crc = !chunk.iter().fold(!0_u32, |crc, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
+    });
+    let mut file = b"\x89PNG\r\n\x1a\n\0\0\0\x0d".to_vec();
+    file.extend(chunk);
+    file.extend(crc.to_be_bytes());
+    file.extend(b"\0\0\0\x01IDAT\0");
+    file.extend([0; 16]);
+    file
+}
+
+#[test]
+fn the_limit_is_the_callers_and_the_error_says_how_much() {
+    let pixels = vec![[0.5; 3]; 100 * 100];
+    let file =
+        encode(&Image::from_rgb(100, 100, &pixels).unwrap(), Format::Pfm, "a", &WriteOptions::default()).unwrap();
+    let limits = Limits { max_bytes: 119_999, ..Limits::default() };
+    match read_limited(&file, "big.pfm", limits) {
+        Err(e @ Error::TooLarge { bytes: 120_000, .. }) => {
+            assert_eq!(
+                e.to_string(),
+                "big.pfm: 100 x 100 pixels would take 120000 bytes, and the limit for this file is 119999"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(read_limited(&file, "big.pfm", Limits { max_bytes: 120_000, ..Limits::default() }).is_ok());
+}
