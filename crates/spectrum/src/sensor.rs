@@ -51,6 +51,15 @@ pub struct PixelSensor {
     imaging_ratio: f32,
 }
 
+impl Default for PixelSensor {
+    /// The CIE 1931 observer for sRGB, neither balanced nor scaled.
+    fn default() -> PixelSensor {
+        let response = Box::new(std::array::from_fn(|i| [cie::X.0[i], cie::Y.0[i], cie::Z.0[i]]));
+        let space = ColorSpace::Srgb;
+        PixelSensor { response, xyz_from_sensor: Matrix3::IDENTITY, balance: None, space, imaging_ratio: 1.0 }
+    }
+}
+
 impl PixelSensor {
     /// The CIE 1931 observer: sensor RGB is XYZ. With `white_balance`, daylight of that colour temperature comes out as the white of `space`.
     ///
