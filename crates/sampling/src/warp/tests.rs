@@ -152,7 +152,7 @@ fn directions_have_their_densities() {
     ];
     for (name, map, pdf) in cases {
         // The density of this one is infinite at the poles.
-        let test = ChiSquareTest { depth: if name == "latitude-longitude" { 16 } else { 8 }, ..chi() };
+        let test = ChiSquareTest { depth: if name == "latitude-longitude" { 11 } else { 8 }, ..chi() };
         let result = test.sphere(name, |rng| Some(map(rng.f32_2d()).to_array()), |w| pdf(vec(w)));
         result.assert(SIGNIFICANCE);
         for u in grid() {
