@@ -4,6 +4,8 @@
 //! Files are opened only through [`FileAccess`].
 
 mod files;
+mod pbrt;
 pub mod ply;
 
 pub use files::{Disk, FileAccess, Memory};
+pub use pbrt::{Input, LoadOptions, LoadOutcome, load_pbrt};

@@ -5,6 +5,7 @@
 mod body;
 mod header;
 
+pub(crate) use body::flat;
 use steradian_math::{Normal3, Point2, Point3};
 
 /// Why a PLY file cannot be used.

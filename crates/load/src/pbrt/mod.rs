@@ -1,0 +1,350 @@
+//! pbrt-v4 scene text to `Scene`: directives in order, one graphics state, names resolved at the end.
+
+mod directives;
+mod images;
+mod lights;
+mod materials;
+mod media;
+mod names;
+mod params;
+mod settings;
+mod shapes;
+mod spectra;
+mod state;
+mod textures;
+mod world;
+
+use crate::files::{FileAccess, read_all};
+use images::LoadedImage;
+use materials::PendingMaterial;
+use names::Names;
+use settings::Declarations;
+use state::{State, Transforms};
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+use steradian_scene::{Handle, Material, Medium, Object, Scene};
+use steradian_spectrum::{Spectrum, SpectrumUse};
+use steradian_syntax::{Diagnostic, Directive, FileId, Parser, Severity, SourceMap, Span};
+
+/// Limits and overrides of a load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadOptions {
+    /// The most memory that the film's pixels may take, in bytes. A scene that asks for more is refused.
+    pub max_film_bytes: u64,
+    /// How deep files may include each other.
+    pub max_include_depth: usize,
+}
+
+impl Default for LoadOptions {
+    fn default() -> LoadOptions {
+        LoadOptions { max_film_bytes: 64 << 30, max_include_depth: 64 }
+    }
+}
+
+/// Where the scene's text is.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// A file; other files are looked for next to it.
+    File(&'a Path),
+    /// A text that is already here, such as standard input.
+    Text {
+        /// The name to show in messages.
+        name: &'a str,
+        /// The text.
+        text: &'a str,
+        /// Where other files are looked for.
+        directory: &'a Path,
+    },
+}
+
+/// What came of a load.
+#[derive(Debug)]
+pub struct LoadOutcome {
+    /// The scene; `None` when there are errors.
+    pub scene: Option<Scene>,
+    /// All texts that were read, for [`Diagnostic::render`].
+    pub sources: SourceMap,
+    /// All problems, in the order of the text.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl LoadOutcome {
+    /// Number of errors.
+    pub fn errors(&self) -> usize {
+        self.diagnostics.iter().filter(|d| d.severity == Severity::Error).count()
+    }
+}
+
+/// Reads a pbrt-v4 scene. Never fails as a whole: all problems are in the outcome, and there is a scene if none is an error.
+pub fn load_pbrt(input: Input, files: &dyn FileAccess, options: &LoadOptions) -> LoadOutcome {
+    let base = match input {
+        Input::File(path) => path.parent().unwrap_or(Path::new("")),
+        Input::Text { directory, .. } => directory,
+    };
+    let mut loader = Loader::new(files, options, base.to_path_buf());
+    match input {
+        Input::File(path) => loader.top_file(path),
+        Input::Text { name, text, .. } => {
+            let file = loader.sources.add(name, text);
+            loader.run(file);
+        }
+    }
+    loader.finish()
+}
+
+/// A text of any size is fine, but no tower of small files that include each other many times over.
+const MOST_INCLUDES: usize = 100_000;
+
+/// What a block must be closed by.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Block {
+    Attribute,
+    Transform,
+    Object,
+}
+
+impl Block {
+    fn name(self) -> &'static str {
+        match self {
+            Block::Attribute => "Attribute",
+            Block::Transform => "Transform",
+            Block::Object => "Object",
+        }
+    }
+}
+
+/// Everything that a load carries along.
+struct Loader<'a> {
+    files: &'a dyn FileAccess,
+    options: &'a LoadOptions,
+    /// The folder of the top-level file.
+    base: PathBuf,
+    sources: SourceMap,
+    diagnostics: Vec<Diagnostic>,
+    scene: Scene,
+    state: State,
+    blocks: Vec<(Block, Span, State)>,
+    coordinate_systems: BTreeMap<String, Transforms>,
+    /// Where `WorldBegin` is, once it was read.
+    world: Option<Span>,
+    declarations: Declarations,
+    /// The object that shapes go to, between `ObjectBegin` and `ObjectEnd`.
+    object: Option<Handle<Object>>,
+    materials: Names<Material>,
+    media: Names<Medium>,
+    objects: Names<Object>,
+    textures: textures::Textures,
+    pending_materials: Vec<PendingMaterial>,
+    /// Shapes that emit, and where their light is declared.
+    emitters: Vec<(Option<Handle<Object>>, usize, Span)>,
+    spectrum_files: BTreeMap<(String, UseKey), Spectrum>,
+    images: Vec<LoadedImage>,
+    /// The files that are being read, outermost first.
+    including: Vec<(PathBuf, FileId)>,
+    included: BTreeMap<PathBuf, FileId>,
+    includes: usize,
+}
+
+/// `SpectrumUse` as a key of an ordered map.
+type UseKey = u8;
+
+fn use_key(usage: SpectrumUse) -> UseKey {
+    match usage {
+        SpectrumUse::Albedo => 0,
+        SpectrumUse::Unbounded => 1,
+        SpectrumUse::Illuminant => 2,
+    }
+}
+
+impl<'a> Loader<'a> {
+    fn new(files: &'a dyn FileAccess, options: &'a LoadOptions, base: PathBuf) -> Loader<'a> {
+        let mut scene = Scene::new(settings::default_settings());
+        let default_material = materials::push_default(&mut scene);
+        Loader {
+            files,
+            options,
+            base,
+            sources: SourceMap::new(),
+            diagnostics: Vec::new(),
+            scene,
+            state: State::new(default_material),
+            blocks: Vec::new(),
+            coordinate_systems: BTreeMap::new(),
+            world: None,
+            declarations: Declarations::default(),
+            object: None,
+            materials: Names::default(),
+            media: Names::default(),
+            objects: Names::default(),
+            textures: textures::Textures::default(),
+            pending_materials: Vec::new(),
+            emitters: Vec::new(),
+            spectrum_files: BTreeMap::new(),
+            images: Vec::new(),
+            including: Vec::new(),
+            included: BTreeMap::new(),
+            includes: 0,
+        }
+    }
+
+    fn error(&mut self, message: impl Into<String>, span: Span) {
+        self.diagnostics.push(Diagnostic::error(message, span));
+    }
+
+    fn warning(&mut self, message: impl Into<String>, span: Span) {
+        self.diagnostics.push(Diagnostic::warning(message, span));
+    }
+
+    /// The path that a name in the scene stands for: as it is if absolute, else next to the top-level scene file, else, if
+    /// there is nothing there, relative to the working directory.
+    fn resolve(&self, name: &str) -> PathBuf {
+        let path = Path::new(name);
+        let beside = self.base.join(path);
+        if path.is_absolute() || self.files.exists(&beside) || !self.files.exists(path) {
+            beside
+        } else {
+            path.to_path_buf()
+        }
+    }
+
+    fn top_file(&mut self, path: &Path) {
+        match self.open(path) {
+            Ok(file) => {
+                self.including.push((normal(path), file));
+                self.run(file);
+                self.including.pop();
+            }
+            Err(message) => self.diagnostics.push(Diagnostic::error(message, None)),
+        }
+    }
+
+    /// Reads a text into the source map, or finds it there.
+    fn open(&mut self, path: &Path) -> Result<FileId, String> {
+        if let Some(&file) = self.included.get(&normal(path)) {
+            return Ok(file);
+        }
+        let bytes = read_all(self.files, path)?;
+        let at = |what: String| format!("{}: {what}", path.display());
+        if bytes.len() > u32::MAX as usize {
+            return Err(at("text files above 4 GiB are not supported".into()));
+        }
+        if bytes.starts_with(&[0xfe, 0xff]) || bytes.starts_with(&[0xff, 0xfe]) {
+            return Err(at("UTF-16 text; save it as UTF-8".into()));
+        }
+        let text = String::from_utf8(bytes).map_err(|e| {
+            at(format!("not UTF-8 text (byte {} is not part of a character)", e.utf8_error().valid_up_to()))
+        })?;
+        let file = self.sources.add(path.display().to_string(), text);
+        self.included.insert(normal(path), file);
+        Ok(file)
+    }
+
+    fn run(&mut self, file: FileId) {
+        let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
+        let mut parser = Parser::new(file, &text);
+        loop {
+            let next = parser.next_directive();
+            self.diagnostics.append(&mut parser.take_diagnostics());
+            let Some(directive) = next else { return };
+            self.directive(directive);
+        }
+    }
+
+    /// `Include` and `Import`: the directives of another file. What an imported file does to the state stays inside it.
+    fn include(&mut self, d: &Directive, import: bool) {
+        let span = d.arg_span(0);
+        let path = self.resolve(d.text(0));
+        if let Some(at) = self.including.iter().position(|(p, _)| *p == normal(&path)) {
+            let chain: Vec<String> = self.including[at..].iter().map(|(p, _)| p.display().to_string()).collect();
+            let message = format!("recursive {}: {} includes itself", d.kind.name(), path.display());
+            let mut diagnostic = Diagnostic::error(message, span);
+            if chain.len() > 1 {
+                diagnostic = diagnostic.with_hint(format!("by way of {}", chain[1..].join(", ")));
+            }
+            self.diagnostics.push(diagnostic);
+            return;
+        }
+        self.includes += 1;
+        if self.including.len() >= self.options.max_include_depth || self.includes > MOST_INCLUDES {
+            let message = if self.includes > MOST_INCLUDES {
+                format!("more than {MOST_INCLUDES} files are included")
+            } else {
+                format!("files include each other more than {} deep", self.options.max_include_depth)
+            };
+            // Once is enough: an explosion of includes would say so at every one of them.
+            if !self.diagnostics.iter().any(|d| d.message == message) {
+                self.error(message, span);
+            }
+            return;
+        }
+        let file = match self.open(&path) {
+            Ok(file) => file,
+            Err(message) => {
+                self.error(message, span);
+                return;
+            }
+        };
+        self.including.push((normal(&path), file));
+        if import {
+            let (state, depth) = (self.state.clone(), self.blocks.len());
+            let systems = self.coordinate_systems.clone();
+            self.run(file);
+            self.close_blocks(depth);
+            self.state = state;
+            self.coordinate_systems = systems;
+        } else {
+            self.run(file);
+        }
+        self.including.pop();
+    }
+
+    /// Reports and drops the blocks that are open beyond `depth`.
+    fn close_blocks(&mut self, depth: usize) {
+        while self.blocks.len() > depth {
+            let Some((block, span, state)) = self.blocks.pop() else { return };
+            let name = block.name();
+            self.diagnostics.push(
+                Diagnostic::error(format!("`{name}Begin` is not closed"), span).with_hint(format!("add `{name}End`")),
+            );
+            if block == Block::Object {
+                self.object = None;
+            }
+            self.state = state;
+        }
+    }
+
+    fn finish(mut self) -> LoadOutcome {
+        self.close_blocks(0);
+        let failed_to_open = self.sources.iter().next().is_none();
+        if self.world.is_none() && !failed_to_open {
+            let end = self.sources.get(FileId(0)).map_or(0, |s| s.text.trim_end().len());
+            let span = Span::new(FileId(0), end, end);
+            self.diagnostics.push(
+                Diagnostic::error("the scene has no `WorldBegin`", span)
+                    .with_hint("camera, film and the like come before it, shapes and lights after it"),
+            );
+        }
+        if !failed_to_open {
+            self.build_settings();
+            self.finish_world();
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        self.diagnostics.retain(|d| seen.insert((d.span.map(|s| (s.file, s.start, s.end)), d.message.clone())));
+        let failed = self.diagnostics.iter().any(|d| d.severity == Severity::Error);
+        LoadOutcome { scene: (!failed).then_some(self.scene), sources: self.sources, diagnostics: self.diagnostics }
+    }
+}
+
+/// A path without `.` and, where that is safe to say without looking at the disk, without `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(out.components().next_back(), Some(Component::Normal(_))) => _ = out.pop(),
+            part => out.push(part),
+        }
+    }
+    out
+}

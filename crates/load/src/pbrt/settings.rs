@@ -1,0 +1,498 @@
+//! Camera, film, filter, sampler, integrator and options: what stands before `WorldBegin`.
+
+use super::Loader;
+use super::params::Params;
+use steradian_image::{Filter, FilterKind};
+use steradian_math::{AnimatedTransform, Vec2};
+use steradian_sampling::{Randomization, SamplerKind, SamplerSettings};
+use steradian_scene::{
+    Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, Medium, Projection,
+    RenderSettings, SphericalMapping,
+};
+use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
+use steradian_syntax::{Diagnostic, Directive, Kind, Span, did_you_mean};
+
+/// What was declared so far; built when the whole text is read.
+#[derive(Default)]
+pub(super) struct Declarations {
+    camera: Option<(String, Params, AnimatedTransform, Option<Handle<Medium>>)>,
+    film: Option<(String, Params, ColorSpace)>,
+    filter: Option<(String, Params)>,
+    sampler: Option<(String, Params)>,
+    integrator: Option<(String, Params)>,
+    seed: u64,
+}
+
+/// What pbrt takes when a scene says nothing.
+pub(super) fn default_settings() -> RenderSettings {
+    RenderSettings {
+        film: FilmSettings::new(1280, 720),
+        filter: gaussian(),
+        sampler: SamplerSettings { kind: SamplerKind::ZSobol, ..SamplerSettings::default() },
+        integrator: IntegratorSettings::default(),
+        color: ColorMode::Spectral,
+        disable_pixel_jitter: false,
+        disable_wavelength_jitter: false,
+        disable_texture_filtering: false,
+        force_diffuse: false,
+    }
+}
+
+fn gaussian() -> Filter {
+    Filter::new(FilterKind::Gaussian { sigma: 0.5 }, Vec2::new(1.5, 1.5)).unwrap_or_else(|_| Filter::pixel_box())
+}
+
+/// The least that a film needs for each pixel: sums of three colours, weights and moments.
+const FILM_BYTES_PER_PIXEL: u64 = 32;
+
+/// The largest resolution along one axis, as image files and samplers can number it.
+const MOST_PIXELS: i32 = i32::MAX;
+
+impl Loader<'_> {
+    /// Notes a camera, film, filter, sampler or integrator. The last of several counts.
+    pub(super) fn declare(&mut self, mut d: Directive) {
+        let kind = d.text(0).to_string();
+        let params = self.params(&mut d);
+        let replaced = match d.kind {
+            Kind::Camera => {
+                let world_from_camera = AnimatedTransform::new(
+                    self.state.ctm[0].inverse(),
+                    self.state.times[0],
+                    self.state.ctm[1].inverse(),
+                    self.state.times[1],
+                );
+                self.coordinate_systems.insert("camera".into(), self.state.ctm.map(|t| t.inverse()));
+                let new = (kind, params, world_from_camera, self.state.outside);
+                self.declarations.camera.replace(new).map(|old| old.1.span)
+            }
+            Kind::Film => self.declarations.film.replace((kind, params, self.state.color_space)).map(|old| old.1.span),
+            Kind::PixelFilter => self.declarations.filter.replace((kind, params)).map(|old| old.1.span),
+            Kind::Sampler => self.declarations.sampler.replace((kind, params)).map(|old| old.1.span),
+            Kind::Integrator => self.declarations.integrator.replace((kind, params)).map(|old| old.1.span),
+            // Which accelerator pbrt would build changes nothing in the image.
+            _ => None,
+        };
+        if let Some(first) = replaced {
+            let message = format!("a second `{}` replaces the first", d.kind.name());
+            self.diagnostics.push(Diagnostic::warning(message, d.span).with_related("the first is here", first));
+        }
+    }
+
+    /// Makes the settings and the camera from what was declared.
+    pub(super) fn build_settings(&mut self) {
+        let shutter = self.build_camera();
+        self.build_film(shutter[1] - shutter[0]);
+        self.build_filter();
+        self.build_sampler();
+        self.build_integrator();
+    }
+
+    fn done(&mut self, params: Params) {
+        self.diagnostics.append(&mut params.finish());
+    }
+
+    /// Reports a type that pbrt does not have.
+    pub(super) fn unknown_type(&mut self, what: &str, kind: &str, span: Span, known: &[&'static str]) {
+        let d = Diagnostic::error(format!("unknown {what} \"{kind}\""), span);
+        self.diagnostics.push(match did_you_mean(kind, known.iter().copied()) {
+            Some(near) => d.with_suggestion(Some(near)),
+            None => d.with_hint(format!("it can be {}", known.join(", "))),
+        });
+    }
+
+    fn build_camera(&mut self) -> [f32; 2] {
+        let mut camera = Camera::default();
+        let Some((kind, mut params, world_from_camera, medium)) = self.declarations.camera.take() else {
+            self.scene.camera = camera;
+            return [0.0, 1.0];
+        };
+        camera.world_from_camera = world_from_camera;
+        camera.medium = medium;
+        let p = &mut params;
+        let (open, close) = (p.float("shutteropen", 0.0), p.float("shutterclose", 1.0));
+        if open < close {
+            camera.shutter = [open, close];
+        } else {
+            let span = if p.has("shutterclose") { p.span_of("shutterclose") } else { p.span_of("shutteropen") };
+            p.error(format!("the shutter opens at {open} and closes at {close}, so that no light comes in"), span);
+        }
+        camera.projection = match kind.as_str() {
+            "perspective" => {
+                let fov = p.float("fov", 90.0);
+                if !(fov > 0.0 && fov < 180.0) {
+                    let span = p.span_of("fov");
+                    p.error(format!("`fov` must be between 0 and 180 degrees, not {fov}"), span);
+                }
+                Projection::Perspective { fov }
+            }
+            "orthographic" => Projection::Orthographic,
+            "spherical" => {
+                let mapping = p.choice(
+                    "mapping",
+                    &[
+                        ("equalarea", SphericalMapping::EqualArea),
+                        ("equirectangular", SphericalMapping::Equirectangular),
+                    ],
+                );
+                Projection::Spherical { mapping }
+            }
+            "realistic" => {
+                p.error("the `realistic` camera is not supported yet", None);
+                p.accept_all();
+                Projection::Orthographic
+            }
+            _ => {
+                let span = p.span;
+                p.accept_all();
+                self.unknown_type("camera", &kind, span, &["perspective", "orthographic", "spherical", "realistic"]);
+                Projection::Orthographic
+            }
+        };
+        let p = &mut params;
+        camera.lens_radius = p.float("lensradius", 0.0);
+        camera.focal_distance = p.float("focaldistance", 1e6);
+        if camera.lens_radius < 0.0 {
+            let span = p.span_of("lensradius");
+            p.error("`lensradius` cannot be negative", span);
+        }
+        if camera.focal_distance <= 0.0 {
+            let span = p.span_of("focaldistance");
+            p.error("`focaldistance` must be positive", span);
+        }
+        camera.frame_aspect_ratio = p.maybe_float("frameaspectratio");
+        if camera.frame_aspect_ratio.is_some_and(|a| a <= 0.0) {
+            let span = p.span_of("frameaspectratio");
+            p.error("`frameaspectratio` must be positive", span);
+        }
+        if let Some((window, span)) = p.floats("screenwindow") {
+            match *window {
+                [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => camera.screen_window = Some([x0, x1, y0, y1]),
+                _ => p.error("`screenwindow` takes four numbers, x0 x1 y0 y1, that span an area", span),
+            }
+        }
+        let shutter = camera.shutter;
+        self.scene.camera = camera;
+        self.done(params);
+        shutter
+    }
+
+    fn build_film(&mut self, exposure_time: f32) {
+        let Some((kind, mut params, color_space)) = self.declarations.film.take() else { return };
+        let p = &mut params;
+        match kind.as_str() {
+            "rgb" => {}
+            "gbuffer" => {
+                p.choice("coordinatesystem", &[("camera", ()), ("world", ())]);
+                let note = "the `gbuffer` film is not supported yet; the image is written as by `rgb`, without the other channels";
+                p.diagnostics.push(Diagnostic::note(note, p.span));
+            }
+            "spectral" => {
+                p.int_in("nbuckets", 16, 1..=i32::MAX);
+                p.float("lambdamin", 360.0);
+                p.float("lambdamax", 830.0);
+                let note = "the `spectral` film is not supported yet; the image is written as by `rgb`";
+                p.diagnostics.push(Diagnostic::note(note, p.span));
+            }
+            _ => {
+                let span = p.span;
+                self.unknown_type("film", &kind, span, &["rgb", "gbuffer", "spectral"]);
+            }
+        }
+        let p = &mut params;
+        let mut film = FilmSettings { color_space, ..FilmSettings::new(1, 1) };
+        film.filename = p.string("filename").map_or("pbrt.exr".into(), |s| s.0);
+        film.max_component_value = p.float("maxcomponentvalue", f32::INFINITY);
+        film.half = p.boolean("savefp16", true);
+        film.diagonal = p.float("diagonal", 35.0);
+        film.sensor = sensor(p, color_space, exposure_time);
+        let (x, y) = (p.int("xresolution", 1280), p.int("yresolution", 720));
+        let bounds = p.take_ints("pixelbounds");
+        let crop = p.floats("cropwindow");
+        if x < 1 || y < 1 {
+            let span = if x < 1 { p.span_of("xresolution") } else { p.span_of("yresolution") };
+            p.error(format!("the film has no pixels: its resolution is {x} x {y}"), span);
+        } else {
+            film.resolution = [x.min(MOST_PIXELS) as u32, y.min(MOST_PIXELS) as u32];
+            film.pixel_bounds = pixel_bounds(p, &film, bounds, crop);
+            let [w, h] = film.size().map(u64::from);
+            let need = w.saturating_mul(h).saturating_mul(FILM_BYTES_PER_PIXEL);
+            if need > self.options.max_film_bytes {
+                let span = if p.has("xresolution") { p.span_of("xresolution") } else { p.span_of("yresolution") };
+                let message = format!(
+                    "a film of {w} x {h} pixels would take {} of memory, and the limit is {}",
+                    bytes(need),
+                    bytes(self.options.max_film_bytes)
+                );
+                p.error(message, span);
+            }
+        }
+        self.scene.settings.film = film;
+        self.done(params);
+    }
+
+    fn build_filter(&mut self) {
+        let Some((kind, mut params)) = self.declarations.filter.take() else { return };
+        let p = &mut params;
+        let (kind, radius) = match kind.as_str() {
+            "box" => (FilterKind::Box, 0.5),
+            "gaussian" => (FilterKind::Gaussian { sigma: p.float("sigma", 0.5) }, 1.5),
+            "mitchell" => (FilterKind::Mitchell { b: p.float("B", 1.0 / 3.0), c: p.float("C", 1.0 / 3.0) }, 2.0),
+            "sinc" => (FilterKind::Sinc { tau: p.float("tau", 3.0) }, 4.0),
+            "triangle" => (FilterKind::Triangle, 2.0),
+            _ => {
+                let span = p.span;
+                p.accept_all();
+                self.unknown_type("pixel filter", &kind, span, &["box", "gaussian", "mitchell", "sinc", "triangle"]);
+                (FilterKind::Box, 0.5)
+            }
+        };
+        let p = &mut params;
+        let radius = Vec2::new(p.float("xradius", radius), p.float("yradius", radius));
+        match Filter::new(kind, radius) {
+            Ok(filter) => self.scene.settings.filter = filter,
+            Err(e) => params.error(format!("{}: {e}", params.what()), None),
+        }
+        self.done(params);
+    }
+
+    fn build_sampler(&mut self) {
+        let mut settings = SamplerSettings {
+            kind: SamplerKind::ZSobol,
+            seed: self.declarations.seed,
+            resolution: self.scene.settings.film.resolution,
+            ..SamplerSettings::default()
+        };
+        let Some((kind, mut params)) = self.declarations.sampler.take() else {
+            self.scene.settings.sampler = settings;
+            return;
+        };
+        let p = &mut params;
+        let mut spp = 16;
+        let all = [
+            ("fastowen", Randomization::FastOwen),
+            ("none", Randomization::None),
+            ("permutedigits", Randomization::PermuteDigits),
+            ("owen", Randomization::Owen),
+        ];
+        match kind.as_str() {
+            "zsobol" | "paddedsobol" | "sobol" => {
+                settings.kind = match kind.as_str() {
+                    "zsobol" => SamplerKind::ZSobol,
+                    "sobol" => SamplerKind::Sobol,
+                    _ => SamplerKind::PaddedSobol,
+                };
+                settings.randomization = p.choice("randomization", &all);
+            }
+            "halton" => {
+                settings.kind = SamplerKind::Halton;
+                settings.randomization = p.choice("randomization", &[all[2], all[1], all[3]]);
+            }
+            "independent" => {
+                settings.kind = SamplerKind::Independent;
+                spp = 4;
+            }
+            "stratified" => {
+                settings.kind = SamplerKind::Stratified;
+                let strata = [p.int_in("xsamples", 4, 1..=65535), p.int_in("ysamples", 4, 1..=65535)];
+                settings.strata = strata.map(|n| n as u32);
+                settings.jitter = p.boolean("jitter", true);
+            }
+            "pmj02bn" => {
+                p.warning("the `pmj02bn` sampler is not supported yet; `paddedsobol` is used instead", None);
+                settings.kind = SamplerKind::PaddedSobol;
+            }
+            _ => {
+                let span = p.span;
+                p.accept_all();
+                let known = ["zsobol", "paddedsobol", "sobol", "halton", "pmj02bn", "independent", "stratified"];
+                self.unknown_type("sampler", &kind, span, &known);
+            }
+        }
+        let p = &mut params;
+        settings.spp = if settings.kind == SamplerKind::Stratified {
+            settings.strata[0].saturating_mul(settings.strata[1])
+        } else {
+            p.int_in("pixelsamples", spp, 1..=i32::MAX) as u32
+        };
+        if let Some(seed) = p.maybe_int("seed") {
+            settings.seed = i64::from(seed) as u64;
+        }
+        self.scene.settings.sampler = settings;
+        self.done(params);
+    }
+
+    fn build_integrator(&mut self) {
+        let Some((kind, mut params)) = self.declarations.integrator.take() else { return };
+        let p = &mut params;
+        let mut settings = IntegratorSettings::default();
+        match kind.as_str() {
+            "path" | "volpath" => {
+                settings.light_selection = p.choice(
+                    "lightsampler",
+                    &[
+                        ("bvh", LightSelection::Tree),
+                        ("uniform", LightSelection::Uniform),
+                        ("power", LightSelection::Power),
+                        ("exhaustive", LightSelection::Tree),
+                    ],
+                );
+                settings.regularize = p.boolean("regularize", false);
+            }
+            "ambientocclusion" => {
+                let (cosine, max_distance) = (p.boolean("cossample", true), p.float("maxdistance", f32::INFINITY));
+                settings.kind = IntegratorKind::AmbientOcclusion { cosine, max_distance };
+            }
+            "simplepath" | "randomwalk" | "simplevolpath" | "lightpath" | "bdpt" | "mlt" | "sppm" => {
+                p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
+                settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
+                p.accept_all();
+            }
+            "function" => {
+                p.error("the `function` integrator is not supported yet", None);
+                p.accept_all();
+            }
+            _ => {
+                let span = p.span;
+                p.accept_all();
+                let known = [
+                    "path",
+                    "volpath",
+                    "simplepath",
+                    "randomwalk",
+                    "simplevolpath",
+                    "lightpath",
+                    "bdpt",
+                    "mlt",
+                    "sppm",
+                    "ambientocclusion",
+                    "function",
+                ];
+                self.unknown_type("integrator", &kind, span, &known);
+            }
+        }
+        if kind != "ambientocclusion" {
+            settings.max_depth = params.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
+        }
+        self.scene.settings.integrator = settings;
+        self.done(params);
+    }
+
+    /// `Option "name" value`.
+    pub(super) fn option(&mut self, d: &Directive) {
+        let name: String = d.text(0).chars().filter(|c| !matches!(c, '-' | '_')).flat_map(char::to_lowercase).collect();
+        let (value, span) = (d.text(1), d.arg_span(1));
+        let boolean = match value {
+            "true" => Some(true),
+            "false" => Some(false),
+            _ => None,
+        };
+        let settings = &mut self.scene.settings;
+        let flag = match name.as_str() {
+            "disablepixeljitter" => Some(&mut settings.disable_pixel_jitter),
+            "disablewavelengthjitter" => Some(&mut settings.disable_wavelength_jitter),
+            "disabletexturefiltering" => Some(&mut settings.disable_texture_filtering),
+            "forcediffuse" => Some(&mut settings.force_diffuse),
+            _ => None,
+        };
+        if let Some(flag) = flag {
+            match boolean {
+                Some(value) => *flag = value,
+                None => self.error(format!("option \"{}\" must be true or false, not `{value}`", d.text(0)), span),
+            }
+            return;
+        }
+        match name.as_str() {
+            "seed" => match value.parse::<i64>() {
+                Ok(seed) => self.declarations.seed = seed as u64,
+                Err(_) => self.error(format!("option \"seed\" must be an integer, not `{value}`"), span),
+            },
+            // How pbrt goes about its work; the image is the same.
+            "rendercoordsys" | "wavefront" | "displacementedgescale" => {}
+            "pixelstats" | "msereferenceimage" | "msereferenceout" => {
+                self.warning(format!("option \"{}\" is not supported and does nothing", d.text(0)), d.arg_span(0));
+            }
+            _ => {
+                let known = [
+                    "disablepixeljitter",
+                    "disabletexturefiltering",
+                    "disablewavelengthjitter",
+                    "displacementedgescale",
+                    "forcediffuse",
+                    "msereferenceimage",
+                    "msereferenceout",
+                    "pixelstats",
+                    "rendercoordsys",
+                    "seed",
+                    "wavefront",
+                ];
+                let e = Diagnostic::error(format!("unknown option \"{}\"", d.text(0)), d.arg_span(0));
+                self.diagnostics.push(e.with_suggestion(did_you_mean(&name, known)));
+            }
+        }
+    }
+}
+
+fn sensor(p: &mut Params, color_space: ColorSpace, exposure_time: f32) -> PixelSensor {
+    let imaging_ratio = exposure_time * p.float("iso", 100.0) / 100.0;
+    let white_balance = Some(p.float("whitebalance", 0.0)).filter(|&kelvin| kelvin != 0.0);
+    let (name, span) = p.string("sensor").unwrap_or(("cie1931".into(), p.span));
+    match PixelSensor::from_name(&name, color_space, white_balance, imaging_ratio) {
+        Ok(sensor) => sensor,
+        Err(e) => {
+            let d = Diagnostic::error(e.to_string(), span);
+            p.diagnostics.push(d.with_suggestion(did_you_mean(&name, PixelSensor::names())));
+            PixelSensor::default()
+        }
+    }
+}
+
+/// The pixels to render: the crop window if there is one, else the pixel bounds, else all.
+fn pixel_bounds(
+    p: &mut Params,
+    film: &FilmSettings,
+    bounds: Option<(Vec<i32>, Span)>,
+    crop: Option<(Vec<f32>, Span)>,
+) -> [u32; 4] {
+    let [w, h] = film.resolution;
+    let all = [0, w, 0, h];
+    let (chosen, span) = match (bounds, crop) {
+        (bounds, Some((c, span))) => {
+            if let Some((_, span)) = bounds {
+                p.warning("`pixelbounds` is ignored, since there is a `cropwindow`", span);
+            }
+            let [x0, x1, y0, y1] = *c else {
+                p.error(format!("`cropwindow` takes four numbers, but {} are given", c.len()), span);
+                return all;
+            };
+            (film.crop_window([x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1)]), span)
+        }
+        (Some((b, span)), None) => {
+            let [x0, x1, y0, y1] = *b else {
+                p.error(format!("`pixelbounds` takes four integers, but {} are given", b.len()), span);
+                return all;
+            };
+            let clip = |v: i32, n: u32| v.clamp(0, n.min(i32::MAX as u32) as i32) as u32;
+            ([clip(x0.min(x1), w), clip(x0.max(x1), w), clip(y0.min(y1), h), clip(y0.max(y1), h)], span)
+        }
+        (None, None) => return all,
+    };
+    if chosen[0] >= chosen[1] || chosen[2] >= chosen[3] {
+        p.error("no pixels are left inside the bounds", span);
+        return all;
+    }
+    chosen
+}
+
+/// A number of bytes for people.
+fn bytes(n: u64) -> String {
+    let mut value = n as f64;
+    let mut unit = "bytes";
+    for next in ["KiB", "MiB", "GiB", "TiB", "PiB", "EiB"] {
+        if value < 1024.0 {
+            break;
+        }
+        value /= 1024.0;
+        unit = next;
+    }
+    if unit == "bytes" { format!("{n} bytes") } else { format!("{value:.1} {unit}") }
+}
