@@ -14,7 +14,7 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// Stored value in [0,1] to linear light.
+    /// Stored value in `[0,1]` to linear light.
     pub fn to_linear(self, v: f32) -> f32 {
         match self {
             Encoding::Srgb => srgb_to_linear(v),
@@ -23,7 +23,7 @@ impl Encoding {
         }
     }
 
-    /// Linear light to a stored value; [0,1] maps onto [0,1], and larger values go on rising.
+    /// Linear light to a stored value; `[0,1]` maps onto `[0,1]`, and larger values go on rising.
     pub fn from_linear(self, v: f32) -> f32 {
         match self {
             Encoding::Srgb => linear_to_srgb(v),

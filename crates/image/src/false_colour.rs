@@ -15,7 +15,7 @@ const MAGMA: [[u8; 3]; 9] = [
     [252, 253, 191],
 ];
 
-/// The sRGB codes of a value in [0,1]; smaller and larger ones take the end colours. NaN is bright green, which the scale lacks.
+/// The sRGB codes of a value in `[0,1]`; smaller and larger ones take the end colours. NaN is bright green, which the scale lacks.
 pub fn false_colour(t: f32) -> [u8; 3] {
     if t.is_nan() {
         return [0, 255, 0];

@@ -59,7 +59,7 @@ const CELLS_PER_PIXEL: f32 = 64.0;
 /// A scene may ask for any radius; beyond this the cells get wider instead of more.
 const MAX_CELLS: usize = 8192;
 
-/// Piecewise constant density over [-radius, radius], proportional to each cell's share of the absolute filter.
+/// Piecewise constant density over `[-radius, radius]`, proportional to each cell's share of the absolute filter.
 #[derive(Clone, Debug)]
 struct AxisTable {
     radius: f32,
@@ -145,7 +145,7 @@ impl Filter {
         }
     }
 
-    /// An offset with density `pdf`, from two random numbers in [0,1), and its weight.
+    /// An offset with density `pdf`, from two random numbers in `[0,1)`, and its weight.
     pub fn sample(&self, u: Point2) -> FilterSample {
         let Some(tables) = &self.tables else {
             let place =
@@ -235,7 +235,7 @@ fn gaussian(x: f32, sigma: f32) -> f32 {
     NORM / sigma * exp(-x * x / (2.0 * sigma * sigma))
 }
 
-/// Mitchell and Netravali's piecewise cubic, non-zero on [-2, 2].
+/// Mitchell and Netravali's piecewise cubic, non-zero on `[-2, 2]`.
 fn mitchell(x: f32, b: f32, c: f32) -> f32 {
     let x = x.abs();
     let cubic = if x <= 1.0 {

@@ -35,7 +35,7 @@ pub struct HdrExposures {
     pub count: usize,
 }
 
-/// FLIP of two low dynamic range images, whose linear values are clipped to [0,1]: one number in [0,1] per pixel.
+/// FLIP of two low dynamic range images, whose linear values are clipped to `[0,1]`: one number in `[0,1]` per pixel.
 ///
 /// # Errors
 /// `Error::Shape` if the sizes differ or there is no colour.
@@ -172,7 +172,7 @@ impl Viewer {
         })
     }
 
-    /// One number per pixel from two images in linear [0,1].
+    /// One number per pixel from two images in linear `[0,1]`.
     fn compare(&self, reference: &[Vec<f32>; 3], test: &[Vec<f32>; 3]) -> Vec<f32> {
         let (r, t) = (self.perceive(reference), self.perceive(test));
         (0..self.width * self.height)
@@ -185,7 +185,7 @@ impl Viewer {
             .collect()
     }
 
-    /// Large colour differences are squeezed into the top of [0,1].
+    /// Large colour differences are squeezed into the top of `[0,1]`.
     fn spread(&self, e: f32) -> f32 {
         let knee = KNEE.0 * self.largest;
         if e < knee { KNEE.1 / knee * e } else { KNEE.1 + (e - knee) / (self.largest - knee) * (1.0 - KNEE.1) }

@@ -15,7 +15,7 @@ pub enum Exposure {
 /// The curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Operator {
-    /// Clip each channel to [0,1].
+    /// Clip each channel to `[0,1]`.
     Clip,
     /// Reinhard et al. 2002, equation 4, on luminance with white at 4.
     Reinhard,
@@ -47,7 +47,7 @@ impl Operator {
         }
     }
 
-    /// Linear Rec. 709 in, linear Rec. 709 in [0,1] out. Middle grey stays near middle grey. NaN becomes 0.
+    /// Linear Rec. 709 in, linear Rec. 709 in `[0,1]` out. Middle grey stays near middle grey. NaN becomes 0.
     pub fn apply(self, rgb: [f32; 3]) -> [f32; 3] {
         // The cap keeps the polynomials below from overflowing.
         let rgb = rgb.map(|v| limited(v, 1e9));
@@ -105,7 +105,7 @@ impl PreparedToneMap {
     }
 }
 
-/// The value held to [0, high]; NaN becomes 0, which `clamp` would pass on.
+/// The value held to `[0, high]`; NaN becomes 0, which `clamp` would pass on.
 pub(crate) fn limited(v: f32, high: f32) -> f32 {
     if v > 0.0 { v.min(high) } else { 0.0 }
 }

@@ -122,7 +122,8 @@ fn samples_follow_the_density() {
 fn weights_average_to_one_and_reproduce_moments() {
     const SAMPLES: usize = 400_000;
     for (k, filter) in filters().iter().enumerate() {
-        let moments: [(&str, fn(f64, f64) -> f64); 3] =
+        type Moment = fn(f64, f64) -> f64;
+        let moments: [(&str, Moment); 3] =
             [("1", |_, _| 1.0), ("x", |x, _| x), ("x^2 + cos y", |x, y| x * x + y.cos())];
         for (name, f) in moments {
             let want = integrate(filter, 1000, |p| f64::from(filter.eval(p)) * f(p.x.into(), p.y.into()))

@@ -33,7 +33,7 @@ pub struct WriteOptions {
     pub jpeg_quality: u8,
     /// For PNG and JPEG: how light becomes codes.
     pub encoding: Encoding,
-    /// For PNG and JPEG: the tone map applied before encoding. `None`: values are clipped to [0,1].
+    /// For PNG and JPEG: the tone map applied before encoding. `None`: values are clipped to `[0,1]`.
     pub tone_map: Option<ToneMap>,
 }
 
