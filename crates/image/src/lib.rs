@@ -37,5 +37,5 @@ pub use metrics::{Metrics, metrics};
 pub use pyramid::{Lookup, Pyramid, Wrap};
 pub use read::{Limits, read, read_limited, read_texels, read_texels_limited};
 pub use texels::{Storage, Texels};
-pub use tonemap::{Exposure, Operator, ToneMap};
+pub use tonemap::{Exposure, Operator, PreparedToneMap, ToneMap};
 pub use write::{Compression, WriteOptions, encode, write_bytes_atomically, write_file};
