@@ -113,19 +113,18 @@ impl BilinearMesh {
         let scale = self.face_uvs(i).map_or(identity, |uv| TextureScale::new(&uv, u, v));
         let normal = dpdu.cross(dpdv);
         let dn = scale.apply(weingarten(dpdu, dpdv, Vec3::default(), patch.twist(), Vec3::default()));
-        let [dpds, mut dpdt] = scale.apply([dpdu, dpdv]);
-        let by_texture = dpds.cross(dpdt);
-        if by_texture != Vec3::default() {
-            // The texture may be mirrored; the surface is not.
-            if by_texture.dot(normal) < 0.0 {
-                dpdt = -dpdt;
-            }
+        let [dpds, dpdt] = scale.apply([dpdu, dpdv]);
+        if dpds.cross(dpdt) != Vec3::default() {
             (dpdu, dpdv) = (dpds, dpdt);
         }
         let mut hit = SurfaceHit::smooth(p, p_error, self.uv(i, u, v), [dpdu, dpdv], dn);
-        let vertex_normal = self.vertex_normal(i, u, v);
-        hit.n = self.orient(hit.n, vertex_normal);
+        // The texture may be mirrored; the surface is not.
+        hit.n = normal.normalize().to_normal();
         hit.shading.n = hit.n;
+        let vertex_normal = self.vertex_normal(i, u, v);
+        if self.orient(hit.n, vertex_normal) != hit.n {
+            hit = hit.flipped();
+        }
         if let (Some(ns), Some([n00, n10, n01, n11])) = (vertex_normal, self.face_normals(i)) {
             let du = n10.lerp(n11, v) - n00.lerp(n01, v);
             let dv = n01.lerp(n11, u) - n00.lerp(n10, u);

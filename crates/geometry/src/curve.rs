@@ -192,6 +192,8 @@ impl Curve {
     }
 
     /// Everything about the point where `ray` met the curve.
+    ///
+    /// Where the profile does not say otherwise, the normal points along the ray, away from the viewer.
     pub fn interaction(&self, ray: &Ray, hit: &CurveHit) -> SurfaceHit {
         let (_, dpdu) = evaluate(&self.p, hit.u);
         let z = ray.d.normalize();

@@ -11,9 +11,9 @@ pub struct Shading {
     pub dpdu: Vec3,
     /// Derivative of the position with respect to v.
     pub dpdv: Vec3,
-    /// Derivative of the unit normal with respect to u.
+    /// Derivative of `n` with respect to u.
     pub dndu: Normal3,
-    /// Derivative of the unit normal with respect to v.
+    /// Derivative of `n` with respect to v.
     pub dndv: Normal3,
 }
 
@@ -51,7 +51,8 @@ impl SurfaceHit {
     #[inline]
     pub fn flipped(mut self) -> Self {
         self.n = -self.n;
-        self.shading.n = -self.shading.n;
+        let s = &mut self.shading;
+        (s.n, s.dndu, s.dndv) = (-s.n, -s.dndu, -s.dndv);
         self
     }
 
@@ -64,6 +65,14 @@ impl SurfaceHit {
         let (p, p_error) = t.point_with_error(self.p, self.p_error);
         let n = t.normal(self.n).normalize();
         let s = &self.shading;
+        let ns = t.normal(s.n);
+        let inv_length = 1.0 / ns.length();
+        let unit = ns * inv_length;
+        // The derivative of the unit normal, which is not the image of the derivative.
+        let derivative = |d: Normal3| {
+            let d = t.normal(d) * inv_length;
+            d - unit * unit.dot(d)
+        };
         Self {
             p,
             p_error,
@@ -72,11 +81,11 @@ impl SurfaceHit {
             dpdu: t.vector(self.dpdu),
             dpdv: t.vector(self.dpdv),
             shading: Shading {
-                n: t.normal(s.n).normalize().face_forward(n),
+                n: unit.face_forward(n),
                 dpdu: t.vector(s.dpdu),
                 dpdv: t.vector(s.dpdv),
-                dndu: t.normal(s.dndu),
-                dndv: t.normal(s.dndv),
+                dndu: derivative(s.dndu),
+                dndv: derivative(s.dndv),
             },
         }
     }

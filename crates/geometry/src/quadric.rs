@@ -31,7 +31,7 @@ pub(crate) struct PreciseRay {
     pub o: [f64; 3],
     pub d: [f64; 3],
     o_error: [f64; 3],
-    t_max: f64,
+    t_max: f32,
 }
 
 impl PreciseRay {
@@ -40,7 +40,7 @@ impl PreciseRay {
             o: ray.o.to_array().map(f64::from),
             d: ray.d.to_array().map(f64::from),
             o_error: o_error.to_array().map(f64::from),
-            t_max: f64::from(ray.t_max),
+            t_max: ray.t_max,
         }
     }
 
@@ -53,7 +53,7 @@ impl PreciseRay {
         let along: f64 = (0..3).map(|i| n[i] * self.d[i]).sum();
         let error: f64 = (0..3).map(|i| n[i].abs() * self.o_error[i]).sum();
         // `t > error / |along|`, without dividing by what may be zero.
-        t > 0.0 && t * along.abs() > error && t <= self.t_max && (t as f32) <= self.t_max as f32
+        t > 0.0 && t * along.abs() > error && (t as f32) <= self.t_max
     }
 
     /// The parameters at which the distance from the origin (`AXES` = 3) or the z axis (`AXES` = 2) is `radius`.
