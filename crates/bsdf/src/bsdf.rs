@@ -87,6 +87,19 @@ impl Lobe for Bsdf {
 }
 
 impl Bsdf {
+    /// The name of the kind of lobe, for people.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Diffuse(_) => "diffuse",
+            Self::Conductor(_) => "conductor",
+            Self::Dielectric(_) => "dielectric",
+            Self::ThinDielectric(_) => "thin dielectric",
+            Self::DiffuseTransmission(_) => "diffuse transmission",
+            Self::CoatedDiffuse(_) => "coated diffuse",
+            Self::CoatedConductor(_) => "coated conductor",
+        }
+    }
+
     /// Estimate of the fraction of light from `wo` that is scattered anywhere, from sixteen fixed points; the same for
     /// every caller. For albedo images and denoisers, not for transport.
     pub fn albedo(&self, wo: Vec3) -> Lanes {

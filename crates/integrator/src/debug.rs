@@ -1,7 +1,6 @@
 //! Views that show what a ray sees instead of light: normals, albedo, depth, coordinates, openness.
 
 use crate::record::{RayKind, Record};
-use steradian_bsdf::Lobe;
 use steradian_math::{Frame, INV_2PI, INV_PI, Vec3};
 use steradian_sampling::Sampler;
 use steradian_sampling::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
@@ -23,7 +22,13 @@ pub enum View {
 
 impl View {
     /// The quantity at the first hit; black where there is none.
-    pub fn radiance<R: Record>(self, world: &World, camera_ray: &CameraRay, w: &mut Wavelengths, record: &mut R) -> Lanes {
+    pub fn radiance<R: Record>(
+        self,
+        world: &World,
+        camera_ray: &CameraRay,
+        w: &mut Wavelengths,
+        record: &mut R,
+    ) -> Lanes {
         record.ray(RayKind::Camera);
         let ray = &camera_ray.ray;
         let Some(hit) = world.intersect(ray) else { return Lanes::ZERO };

@@ -28,9 +28,7 @@ impl Integrator {
     /// The integrator that the settings describe.
     pub fn new(settings: &IntegratorSettings) -> Self {
         match settings.kind {
-            IntegratorKind::Path => {
-                Self::Path(Path { max_depth: settings.max_depth, regularize: settings.regularize })
-            }
+            IntegratorKind::Path => Self::Path(Path { max_depth: settings.max_depth, regularize: settings.regularize }),
             IntegratorKind::Normals => Self::View(View::Normals),
             IntegratorKind::Albedo => Self::View(View::Albedo),
             IntegratorKind::Depth => Self::View(View::Depth),

@@ -4,9 +4,10 @@
 //! Direct light is estimated twice, by sampling a light and by sampling the lobe, and joined with the power heuristic.
 
 use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
-use steradian_math::Ray;
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
-use steradian_sampling::{Sampler, power_weight};
+use steradian_math::Ray;
+use steradian_sampling::Sampler;
+use steradian_sampling::mis::power_weight;
 use steradian_scene::{CameraRay, LightContext, Shading, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
@@ -45,16 +46,27 @@ impl Path {
         loop {
             // Find where the ray ends.
             let Some(hit) = world.intersect(&ray) else {
-                self.add_environment(world, &ray, wavelengths, (beta, p_lobe, depth), previous.as_ref(), &mut radiance, record);
+                self.add_environment(
+                    world,
+                    &ray,
+                    wavelengths,
+                    (beta, p_lobe, depth),
+                    previous.as_ref(),
+                    &mut radiance,
+                    record,
+                );
                 break;
             };
             let mut surface = world.surface(&ray, &hit);
 
             // Add emission of the surface, weighted against light sampling at the previous vertex.
-            if let Some(light) = surface.light {
-                let emitted = world.emitted(&surface, light, wavelengths);
+            if surface.is_emitter() {
+                let emitted = world.emitted(&surface, wavelengths);
                 if !emitted.is_black() {
-                    let p_light = previous.as_ref().map_or(0.0, |c| world.light_pdf(c, light, ray.d, Some(&surface)));
+                    let p_light = match (&previous, surface.light) {
+                        (Some(c), Some(light)) => world.light_pdf(c, light, ray.d, Some(&surface)),
+                        _ => 0.0,
+                    };
                     let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
                     let value = beta * emitted * weight;
                     radiance += value;
@@ -62,7 +74,7 @@ impl Path {
                         record.contribution(Contribution {
                             depth,
                             technique: Technique::Hit,
-                            light: Some(light),
+                            light: surface.light,
                             direction: ray.d,
                             end: Some(surface.p),
                             pdf: p_lobe,
@@ -79,7 +91,9 @@ impl Path {
             }
 
             // Evaluate the material; a surface without one is passed through.
-            let Some(Shading { frame, mut bsdf }) = world.shading(&mut surface, &ray, differential.as_ref(), wavelengths) else {
+            let Some(Shading { frame, mut bsdf }) =
+                world.shading(&mut surface, &ray, differential.as_ref(), wavelengths)
+            else {
                 ray = surface.continue_ray(&ray);
                 continue;
             };
@@ -92,7 +106,7 @@ impl Path {
                     p: surface.p,
                     n: frame.normal(),
                     material: world.material_name(&surface),
-                    lobe: bsdf.flags().to_string(),
+                    lobe: bsdf.name().to_owned(),
                     throughput: beta,
                 });
             }
@@ -139,7 +153,8 @@ impl Path {
             beta *= sample.weight;
             let specular = sample.flags.contains(Lobes::SPECULAR);
             let transmission = sample.flags.contains(Lobes::TRANSMISSION);
-            p_lobe = if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
+            p_lobe =
+                if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
             previous = if specular { None } else { Some(context) };
             any_non_specular |= !specular;
             if transmission {
@@ -154,7 +169,14 @@ impl Path {
             let u_roulette = sampler.next_1d();
             let survival = if depth > 1 { (beta * eta_scale).max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
-                record.bounce(Bounce { direction: wi, pdf: p_lobe, weight: sample.weight, specular, transmission, survival });
+                record.bounce(Bounce {
+                    direction: wi,
+                    pdf: p_lobe,
+                    weight: sample.weight,
+                    specular,
+                    transmission,
+                    survival,
+                });
             }
             if survival < 1.0 {
                 if u_roulette >= survival {

@@ -25,7 +25,7 @@ pub struct Vertex {
     pub n: Normal3,
     /// Name of the material.
     pub material: String,
-    /// Names of the lobe's kinds of scattering.
+    /// Name of the lobe.
     pub lobe: String,
     /// Throughput on arrival.
     pub throughput: Lanes,

@@ -44,9 +44,13 @@ impl Tile {
         if end <= begin {
             return;
         }
-        let top = bits(end).last().unwrap_or(0);
-        while self.planes.len() <= top {
-            self.planes.push(vec![PixelSum::default(); self.len()]);
+        for k in bits(end) {
+            if self.planes.len() <= k {
+                self.planes.resize_with(k + 1, Vec::new);
+            }
+            if self.planes[k].is_empty() {
+                self.planes[k] = vec![PixelSum::default(); self.len()];
+            }
         }
         let mut stack = PixelStack::new();
         for i in 0..self.len() {
@@ -61,8 +65,6 @@ impl Tile {
         for (k, plane) in self.planes.iter_mut().enumerate() {
             if end & (1 << k) == 0 {
                 *plane = Vec::new();
-            } else if plane.is_empty() {
-                debug_assert!(false, "plane {k} of {end} samples is missing");
             }
         }
     }

@@ -103,8 +103,8 @@ pub struct Rendered {
 /// So many bad samples are remembered.
 const REMEMBERED: usize = 16;
 
-/// Passes double up to this many samples: often enough to report and to stop, rarely enough not to be felt.
-const LARGEST_PASS: u32 = 64;
+/// Passes double up to this many samples: an interruption throws away one pass at most.
+const LARGEST_PASS: u32 = 16;
 
 /// Renders the world's film. The image depends on nothing in `plan` but `spp`.
 pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {

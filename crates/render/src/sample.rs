@@ -41,13 +41,7 @@ impl<'w> PixelSampler<'w> {
         let integrator = Integrator::new(&settings.integrator);
         let raw = matches!(integrator, Integrator::View(_));
         let color = if raw { ColorMode::Rgb } else { settings.color };
-        Self {
-            world,
-            integrator,
-            output_from_sensor: settings.film.sensor.output_rgb_from_sensor(color),
-            color,
-            raw,
-        }
+        Self { world, integrator, output_from_sensor: settings.film.sensor.output_rgb_from_sensor(color), color, raw }
     }
 
     /// Sample `index` of `pixel`: a pure function of its arguments and the settings.
@@ -56,8 +50,12 @@ impl<'w> PixelSampler<'w> {
         let settings = self.world.settings();
         sampler.start(pixel, index, 0);
         let position = sampler.pixel_2d();
-        let (offset, weight) =
-            if settings.disable_pixel_jitter { (Vec2::default(), 1.0) } else { settings.filter.sample(position) };
+        let (offset, weight) = if settings.disable_pixel_jitter {
+            (Vec2::default(), 1.0)
+        } else {
+            let s = settings.filter.sample(Point2::from(position));
+            (s.offset, s.weight)
+        };
         let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
         let mut wavelengths = match self.color {
             ColorMode::Rgb => Wavelengths::rgb(),

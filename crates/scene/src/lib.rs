@@ -1,6 +1,7 @@
 //! What the user said (`Scene`), and what is built from it once (`World`).
 
 mod camera;
+mod error;
 mod handle;
 mod light;
 mod material;
@@ -9,8 +10,10 @@ mod scene;
 mod settings;
 mod shape;
 mod texture;
+mod world;
 
 pub use camera::{Camera, Projection, SphericalMapping};
+pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use light::{AreaLight, EnvironmentMapping, Light};
 pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
@@ -19,3 +22,7 @@ pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
 pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
+pub use world::{
+    CameraModel, CameraRay, CameraSample, Census, DIFFERENTIAL_SCALE, Footprint, Hit, LightContext, LightSample,
+    Shading, Surface, TextureContext, World,
+};

@@ -104,12 +104,7 @@ pub struct IntegratorSettings {
 
 impl Default for IntegratorSettings {
     fn default() -> Self {
-        Self {
-            kind: IntegratorKind::Path,
-            max_depth: 5,
-            light_selection: LightSelection::Tree,
-            regularize: false,
-        }
+        Self { kind: IntegratorKind::Path, max_depth: 5, light_selection: LightSelection::Tree, regularize: false }
     }
 }
 
@@ -134,4 +129,7 @@ pub struct RenderSettings {
     pub disable_texture_filtering: bool,
     /// Replace every lobe by a diffuse one of the same albedo.
     pub force_diffuse: bool,
+    /// Evaluate coated materials as pbrt-v4 does, whose estimate of them is a few percent off energy conservation:
+    /// scenes written for it look as their authors saw them.
+    pub layered_as_pbrt: bool,
 }

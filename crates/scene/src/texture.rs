@@ -65,6 +65,25 @@ pub struct TextureImage {
     pub color_space: ColorSpace,
 }
 
+impl TextureImage {
+    /// The mean luminance over all texels.
+    pub fn mean_luminance(&self) -> f32 {
+        let t = &self.texels;
+        let y = self.color_space.xyz_from_rgb().0[1];
+        let mut sum = 0.0f64;
+        for j in 0..t.height() {
+            for i in 0..t.width() {
+                sum += f64::from(if t.channels() < 3 {
+                    t.texel(i, j, 0)
+                } else {
+                    (0..3).map(|c| y[c] * t.texel(i, j, c)).sum::<f32>()
+                });
+            }
+        }
+        (sum / (t.width() * t.height()).max(1) as f64) as f32
+    }
+}
+
 /// An image on a surface: `max(0, scale * texel)` or, inverted, `max(0, 1 - scale * texel)`.
 #[derive(Clone, Debug)]
 pub struct ImageMap {

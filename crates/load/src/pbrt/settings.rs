@@ -35,6 +35,7 @@ pub(super) fn default_settings() -> RenderSettings {
         disable_wavelength_jitter: false,
         disable_texture_filtering: false,
         force_diffuse: false,
+            layered_as_pbrt: true,
     }
 }
 
@@ -336,6 +337,11 @@ impl Loader<'_> {
                         ("exhaustive", LightSelection::Tree),
                     ],
                 );
+                if let Some((name, span)) = p.string("lightsampler")
+                    && name == "exhaustive"
+                {
+                    p.warning("the `exhaustive` light sampler is not supported yet; `bvh` is used instead", span);
+                }
                 settings.regularize = p.boolean("regularize", false);
             }
             "ambientocclusion" => {

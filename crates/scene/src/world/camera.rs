@@ -2,9 +2,10 @@
 
 use crate::{Camera, Handle, Medium, Projection, SphericalMapping};
 use steradian_math::{
-    AnimatedTransform, Normal3, PI, Point2, Point3, Ray, RayDifferential, TAU, Transform, Vec3, lerp, radians, sin_cos, tan,
+    AnimatedTransform, Normal3, PI, Point2, Point3, Ray, RayDifferential, TAU, Transform, Vec3, lerp, radians, sin_cos,
+    tan,
 };
-use steradian_sampling::warp::{equal_area_square_to_sphere, square_to_disk_concentric, wrap_equal_area_square};
+use steradian_sampling::warp::{square_to_octahedral, square_to_uniform_disk_concentric, wrap_octahedral};
 
 /// Where on film, lens and shutter a camera ray starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +71,16 @@ impl CameraModel {
         model
     }
 
+    /// Whether rays start on a lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0 && !matches!(self.projection, Projection::Spherical { .. })
+    }
+
+    /// Whether the camera moves while the shutter is open.
+    pub fn is_animated(&self) -> bool {
+        self.world_from_camera.is_animated()
+    }
+
     /// The length of the shutter interval.
     pub fn exposure_time(&self) -> f32 {
         self.shutter[1] - self.shutter[0]
@@ -122,7 +133,7 @@ impl CameraModel {
             Projection::Spherical { mapping } => {
                 let (u, v) = (film.x / self.resolution[0], film.y / self.resolution[1]);
                 let d = match mapping {
-                    SphericalMapping::EqualArea => equal_area_square_to_sphere(wrap_equal_area_square([u, v])),
+                    SphericalMapping::EqualArea => square_to_octahedral(wrap_octahedral([u, v])),
                     SphericalMapping::Equirectangular => {
                         let (sin_theta, cos_theta) = sin_cos(PI * v);
                         Vec3::spherical(sin_theta, cos_theta, TAU * u)
@@ -145,9 +156,8 @@ impl CameraModel {
 
     #[inline]
     fn lens_point(&self, u: [f32; 2]) -> Option<(f32, f32)> {
-        let has_lens = self.lens_radius > 0.0 && !matches!(self.projection, Projection::Spherical { .. });
-        has_lens.then(|| {
-            let d = square_to_disk_concentric(u);
+        self.has_lens().then(|| {
+            let d = square_to_uniform_disk_concentric(u);
             (d[0] * self.lens_radius, d[1] * self.lens_radius)
         })
     }
@@ -175,7 +185,9 @@ impl CameraModel {
             let lens = self.lens_point([0.5, 0.5]);
             let (o, d) = self.camera_ray(film, lens);
             let frame = steradian_math::Frame::from_z(d);
-            for (axis, step) in [Point2::new(film.x + 1.0, film.y), Point2::new(film.x, film.y + 1.0)].iter().enumerate() {
+            for (axis, step) in
+                [Point2::new(film.x + 1.0, film.y), Point2::new(film.x, film.y + 1.0)].iter().enumerate()
+            {
                 let (o2, d2) = self.camera_ray(*step, lens);
                 let (dp, dd) = (frame.to_local(o2 - o), frame.to_local(d2) - Vec3::new(0.0, 0.0, 1.0));
                 if dp.length_squared() < best[axis][0].length_squared() {

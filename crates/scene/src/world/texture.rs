@@ -1,9 +1,11 @@
 //! Evaluation of textures at a point of a surface.
 
-use super::noise::{fbm, noise2, turbulence};
 use super::World;
+use super::noise::{fbm, noise2, turbulence};
 use crate::{CheckerMapping, FloatTexture, Handle, ImageMap, Mapping2, Noise, SpectrumTexture, Texture};
-use steradian_math::{INV_2PI, INV_PI, Normal3, PI, Point2, Point3, Transform, Vec2, Vec3, atan2, lerp, safe_acos, sin, sqr};
+use steradian_math::{
+    INV_2PI, INV_PI, Normal3, PI, Point2, Point3, Transform, Vec2, Vec3, atan2, lerp, safe_acos, sin, sqr,
+};
 use steradian_spectrum::{ColorSpace, Lanes, SpectrumUse, Wavelengths};
 
 /// What textures may depend on: the place, its coordinates, and the footprint of the sample.
@@ -178,10 +180,13 @@ impl World {
         // Images have their first row on top; t points up.
         let st = Point2::new(c.st.x, 1.0 - c.st.y);
         let (dx, dy) = (Vec2::new(c.dx.x, -c.dx.y), Vec2::new(c.dy.x, -c.dy.y));
-        let pyramid = &self.pyramids[map.image.index()];
+        let Some(pyramid) = &self.pyramids[map.image.index()] else { return [0.0; 3] };
         let lookup = self.scene.images[map.image].lookup;
-        let rgb =
-            if pyramid.channels() < 3 { [pyramid.lookup1(st, dx, dy, lookup); 3] } else { pyramid.lookup3(st, dx, dy, lookup) };
+        let rgb = if pyramid.channels() < 3 {
+            [pyramid.lookup1(st, dx, dy, lookup); 3]
+        } else {
+            pyramid.lookup3(st, dx, dy, lookup)
+        };
         rgb.map(|v| (if map.invert { 1.0 - map.scale * v } else { map.scale * v }).max(0.0))
     }
 
@@ -283,12 +288,7 @@ impl World {
         c: &TextureContext,
         w: &Wavelengths,
     ) -> Lanes {
-        blend(
-            t,
-            || self.spectrum_texture(a, c, w),
-            || self.spectrum_texture(b, c, w),
-            |a, b| a * (1.0 - t) + b * t,
-        )
+        blend(t, || self.spectrum_texture(a, c, w), || self.spectrum_texture(b, c, w), |a, b| a * (1.0 - t) + b * t)
     }
 }
 
@@ -310,7 +310,11 @@ fn bilinear_weights(st: Point2) -> [f32; 4] {
 
 /// An RGB triple of a texture as light in the four lanes.
 pub(crate) fn rgb_lanes(rgb: [f32; 3], space: ColorSpace, usage: SpectrumUse, w: &Wavelengths) -> Lanes {
-    space.lanes(rgb, usage, w)
+    match usage {
+        SpectrumUse::Albedo => space.albedo_lanes(rgb.map(|v| v.min(1.0)), w),
+        SpectrumUse::Unbounded => space.unbounded_lanes(rgb, w),
+        SpectrumUse::Illuminant => space.illuminant_lanes(rgb, w),
+    }
 }
 
 #[cfg(test)]
@@ -324,7 +328,8 @@ mod tests {
         assert_eq!(filtered_square_wave(1.5, 0.1), -1.0);
         assert_eq!(filtered_square_wave(-0.5, 0.0), -1.0);
         let n = 2000;
-        let mean: f32 = (0..n).map(|i| filtered_square_wave(2.0 * (i as f32 + 0.5) / n as f32, 0.3)).sum::<f32>() / n as f32;
+        let mean: f32 =
+            (0..n).map(|i| filtered_square_wave(2.0 * (i as f32 + 0.5) / n as f32, 0.3)).sum::<f32>() / n as f32;
         assert!(mean.abs() < 1e-3, "{mean}");
     }
 

@@ -126,8 +126,7 @@ impl LightBounds {
         let theta_w = (theta_o + safe_acos(self.cos_emission)).min(PI);
         let (sin_o, cos_o) = sin_cos(theta_o);
         let m = 2.0 * PI * (1.0 - cos_o)
-            + PI / 2.0
-                * (2.0 * theta_w * sin_o - sin_cos(theta_o - 2.0 * theta_w).1 - 2.0 * theta_o * sin_o + cos_o);
+            + PI / 2.0 * (2.0 * theta_w * sin_o - sin_cos(theta_o - 2.0 * theta_w).1 - 2.0 * theta_o * sin_o + cos_o);
         let regular = extent.max_component() / extent[axis];
         // A group of points has no area; the least of one keeps power in play.
         self.power * m * regular * (self.bounds.surface_area() + 1e-12)

@@ -1,0 +1,5 @@
+//! Renders of small scenes: exact values, and the same bits whatever the threads.
+
+mod determinism;
+mod furnace;
+mod scenes;

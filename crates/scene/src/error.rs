@@ -1,0 +1,41 @@
+//! Why a scene cannot become a world.
+
+use steradian_geometry::{AccelError, MeshError};
+
+/// What is wrong with a scene that was not made by a careful loader.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A mesh does not fit together.
+    #[error("mesh {mesh}: {source}")]
+    Mesh {
+        /// Which mesh, in the order of the arena.
+        mesh: usize,
+        /// What is wrong with it.
+        source: MeshError,
+    },
+    /// Geometry that no tree can be built over.
+    #[error("{0}")]
+    Geometry(#[from] AccelError),
+    /// A picture that cannot be prefiltered.
+    #[error("image {name:?}: {message}")]
+    Image {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// Objects contain each other, or nest beyond all reason.
+    #[error("instances of {object:?} nest deeper than {limit} levels")]
+    Nesting {
+        /// Name of the object at which the limit was reached.
+        object: String,
+        /// The limit.
+        limit: usize,
+    },
+    /// More instances than can be numbered.
+    #[error("more than {limit} instances")]
+    TooManyInstances {
+        /// The limit.
+        limit: usize,
+    },
+}

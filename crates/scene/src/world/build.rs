@@ -1,0 +1,238 @@
+//! From scene to world: instances flattened, meshes put in place, trees and tables built.
+
+use super::group::{Group, MeshUses, place_meshes};
+use super::light::{Emitter, EmitterShape, Lights};
+use super::{World, WorldInstance};
+use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
+use steradian_image::{Lookup, Pyramid};
+use steradian_math::{AnimatedTransform, Bounds3, PI};
+
+/// Objects may contain instances this deep.
+const MAX_NESTING: usize = 32;
+/// And there may be this many in all.
+const MAX_INSTANCES: usize = 1 << 28;
+
+/// An instance of an object that holds no instances itself.
+struct Flat {
+    object: usize,
+    world_from_object: AnimatedTransform,
+}
+
+fn compose(outer: &AnimatedTransform, inner: &AnimatedTransform) -> AnimatedTransform {
+    if !inner.is_animated() && !outer.is_animated() {
+        return outer.start.mul(&inner.start).into();
+    }
+    // The keyframes of whichever moves; both have those of the shutter in practice.
+    let (t0, t1) =
+        if outer.is_animated() { (outer.start_time, outer.end_time) } else { (inner.start_time, inner.end_time) };
+    AnimatedTransform::new(outer.at(t0).mul(&inner.at(t0)), t0, outer.at(t1).mul(&inner.at(t1)), t1)
+}
+
+fn flatten(
+    scene: &Scene,
+    instances: &[Instance],
+    outer: &AnimatedTransform,
+    depth: usize,
+    out: &mut Vec<Flat>,
+) -> Result<(), Error> {
+    for i in instances {
+        let object = &scene.objects[i.object];
+        if depth >= MAX_NESTING {
+            return Err(Error::Nesting { object: object.name.clone(), limit: MAX_NESTING });
+        }
+        if out.len() >= MAX_INSTANCES {
+            return Err(Error::TooManyInstances { limit: MAX_INSTANCES });
+        }
+        let world_from_object = compose(outer, &i.world_from_object);
+        flatten(scene, &object.instances, &world_from_object, depth + 1, out)?;
+        if !object.primitives.is_empty() {
+            out.push(Flat { object: i.object.index(), world_from_object });
+        }
+    }
+    Ok(())
+}
+
+/// Lights are numbered in world space: a light in an instance that stands still becomes a primitive of the world.
+fn lift_lights(scene: &mut Scene, flat: &[Flat]) {
+    let mut lifted = Vec::new();
+    for f in flat.iter().filter(|f| !f.world_from_object.is_animated()) {
+        let object = &scene.objects.as_slice()[f.object];
+        for p in object.primitives.iter().filter(|p| p.area_light.is_some()) {
+            let t = f.world_from_object.start.mul(&p.world_from_object);
+            lifted.push(Primitive { world_from_object: t, ..p.clone() });
+        }
+    }
+    let moving: Vec<bool> = (0..scene.objects.len())
+        .map(|o| flat.iter().any(|f| f.object == o && f.world_from_object.is_animated()))
+        .collect();
+    for handle in scene.objects.handles() {
+        // An object that also moves somewhere keeps its lights there; they are found by chance only.
+        if !moving[handle.index()] {
+            scene.objects[handle].primitives.retain(|p| p.area_light.is_none());
+        }
+    }
+    scene.primitives.append(&mut lifted);
+}
+
+impl World {
+    /// Builds everything that rendering needs.
+    ///
+    /// # Errors
+    /// If a mesh does not fit together, or there is too much of something; a loader's checks make that impossible for
+    /// files.
+    pub fn build(mut scene: Scene) -> Result<World, Error> {
+        let mut flat = Vec::new();
+        let identity = steradian_math::Transform::IDENTITY.into();
+        let instances = std::mem::take(&mut scene.instances);
+        flatten(&scene, &instances, &identity, 0, &mut flat)?;
+        lift_lights(&mut scene, &flat);
+
+        let mut primitives = std::mem::take(&mut scene.primitives);
+        let mut objects: Vec<Vec<Primitive>> =
+            scene.objects.handles().map(|h| std::mem::take(&mut scene.objects[h].primitives)).collect();
+        let uses = MeshUses::count(&scene, primitives.iter().chain(objects.iter().flatten()));
+        place_meshes(&mut scene, &mut primitives, &uses)?;
+        for object in &mut objects {
+            place_meshes(&mut scene, object, &uses)?;
+        }
+
+        // The world is group 0, so objects come after it: group = object + 1.
+        let mut groups = Vec::with_capacity(objects.len() + 1);
+        for object in &objects {
+            groups.push(Group::build(&scene, object, &[])?);
+        }
+        let instances: Vec<WorldInstance> = flat
+            .iter()
+            .map(|f| WorldInstance { group: f.object as u32 + 1, world_from_object: f.world_from_object })
+            .collect();
+        let bounds: Vec<(u32, Bounds3)> = flat
+            .iter()
+            .enumerate()
+            .map(|(i, f)| (i as u32, f.world_from_object.motion_bounds(&groups[f.object].accel.bounds())))
+            .collect();
+        groups.insert(0, Group::build(&scene, &primitives, &bounds)?);
+        let bounds = groups[0].accel.bounds();
+
+        let pyramids = pyramids(&scene)?;
+        let settings = &scene.settings;
+        let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
+        let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
+        let uses_footprints = uses_footprints(&scene);
+        let mut world = World {
+            groups,
+            instances,
+            pyramids,
+            camera,
+            has_motion,
+            uses_footprints,
+            area_lights: Vec::new(),
+            lights: Lights::default(),
+            bounds,
+            scene,
+        };
+        let mut emitters = world.emitters(0, &primitives);
+        for (i, object) in objects.iter().enumerate() {
+            // What is left in objects moves and cannot be sampled.
+            let first = emitters.len();
+            let found = world.emitters(i + 1, object);
+            world.groups[i + 1].primitives.iter_mut().for_each(|p| {
+                if let Some(light) = p.first_light.take() {
+                    let e = &found[light as usize];
+                    p.unsampled_emission = Some((e.emission, e.scale));
+                }
+            });
+            emitters.truncate(first);
+        }
+        world.lights = Lights::build(&world, emitters, &bounds);
+        Ok(world)
+    }
+
+    /// One emitter for each element of each primitive that shines; tells the records of the group.
+    fn emitters(&mut self, group: usize, primitives: &[Primitive]) -> Vec<Emitter> {
+        let mut emitters = Vec::new();
+        let mut quadric = 0;
+        for (i, p) in primitives.iter().enumerate() {
+            let is_quadric = matches!(p.shape, Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_));
+            let this_quadric = quadric;
+            quadric += u32::from(is_quadric);
+            let Some(light) = &p.area_light else { continue };
+            // A light on a surface that is no surface does not shine.
+            if matches!(self.scene.materials[p.material].scattering, Scattering::Interface) {
+                continue;
+            }
+            let emission = self.area_lights.len() as u32;
+            self.groups[group].primitives[i].first_light = Some(emitters.len() as u32);
+            let shapes: Vec<EmitterShape> = match &p.shape {
+                Shape::Triangles(h) => (0..self.scene.triangle_meshes[*h].indices.len())
+                    .map(|f| EmitterShape::Triangle(*h, f as u32))
+                    .collect(),
+                Shape::Bilinear(h) => (0..self.scene.bilinear_meshes[*h].indices.len())
+                    .map(|f| EmitterShape::Patch(*h, f as u32))
+                    .collect(),
+                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
+            };
+            for shape in shapes {
+                let scale = self.emission_scale(light, &shape);
+                emitters.push(Emitter { shape, emission, scale });
+            }
+            self.area_lights.push(light.clone());
+        }
+        emitters
+    }
+
+    /// The factor that gives a light its stated power, for the area of this element.
+    fn emission_scale(&self, light: &AreaLight, shape: &EmitterShape) -> f32 {
+        let Some(power) = light.power else { return light.scale };
+        let mut k = match light.image {
+            None => 1.0,
+            Some(image) => self.scene.images[image].mean_luminance(),
+        };
+        k *= if light.two_sided { 2.0 } else { 1.0 } * self.emitter_area(shape) * PI;
+        if k > 0.0 { light.scale * power / k } else { 0.0 }
+    }
+}
+
+fn pyramids(scene: &Scene) -> Result<Vec<Option<Pyramid>>, Error> {
+    let mut used = vec![false; scene.images.len()];
+    let maps =
+        scene.float_textures.iter().filter_map(|t| if let Texture::Image(m) = &t.0 { Some(m.image) } else { None });
+    let spectral = scene
+        .spectrum_textures
+        .iter()
+        .filter_map(|t| if let Texture::Image(m) = &t.kind { Some(m.image) } else { None });
+    let normal = scene.materials.iter().filter_map(|m| m.normal_map);
+    maps.chain(spectral).chain(normal).for_each(|h| used[h.index()] = true);
+    use rayon::prelude::*;
+    scene
+        .images
+        .as_slice()
+        .par_iter()
+        .zip(used)
+        .map(|(image, used)| {
+            // Environment maps and emission are looked up by themselves.
+            if !used {
+                return Ok(None);
+            }
+            Pyramid::new(image.texels.clone(), image.wrap)
+                .map(Some)
+                .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })
+        })
+        .collect()
+}
+
+/// Whether any texture looks at the size of the sample.
+fn uses_footprints(scene: &Scene) -> bool {
+    let filtered = |lookup: Lookup| !matches!(lookup, Lookup::Point | Lookup::Bilinear);
+    fn of<T, C>(t: &Texture<T, C>, image: impl Fn(crate::Handle<crate::TextureImage>) -> bool) -> bool {
+        match t {
+            Texture::Image(m) => image(m.image),
+            Texture::Checkerboard { mapping: CheckerMapping::Plane(_) | CheckerMapping::Space(_), .. } => true,
+            Texture::Noise { .. } => true,
+            _ => false,
+        }
+    }
+    let image = |h: crate::Handle<crate::TextureImage>| filtered(scene.images[h].lookup);
+    scene.float_textures.iter().any(|t| of(&t.0, image))
+        || scene.spectrum_textures.iter().any(|t| of(&t.kind, image))
+        || scene.materials.iter().any(|m| m.displacement.is_some())
+}

@@ -1,0 +1,182 @@
+//! The geometry of the world, or of one instanced object: a tree over its primitives and what they refer to.
+
+use crate::{Error, FloatTexture, Handle, Material, Primitive, Scattering, Scene, Shape};
+use steradian_geometry::{Accel, InputTriangle, PlacedQuadric, Quadric};
+use steradian_math::Bounds3;
+
+/// What a primitive is, once built.
+#[derive(Clone, Debug)]
+pub(super) struct PrimitiveRecord {
+    pub material: Handle<Material>,
+    pub alpha: Option<Handle<FloatTexture>>,
+    /// Index of its mesh, if it is one.
+    pub mesh: u32,
+    /// The group's number of its first triangle.
+    pub first_triangle: u32,
+    /// The number of the light that its first element is.
+    pub first_light: Option<u32>,
+    /// Emission that cannot be sampled: area light and factor.
+    pub unsampled_emission: Option<(u32, f32)>,
+}
+
+/// Something in the tree that is not a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Other {
+    Quadric { primitive: u32, index: u32 },
+    Patch { primitive: u32, face: u32 },
+    Instance(u32),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub accel: Accel,
+    pub primitives: Vec<PrimitiveRecord>,
+    /// The primitive of each triangle.
+    pub primitive_of_triangle: Vec<u32>,
+    pub others: Vec<Other>,
+    pub quadrics: Vec<PlacedQuadric>,
+}
+
+/// How often each mesh is used, triangles and bilinear ones.
+pub(super) struct MeshUses {
+    triangles: Vec<u32>,
+    bilinear: Vec<u32>,
+}
+
+impl MeshUses {
+    pub fn count<'a>(scene: &Scene, primitives: impl Iterator<Item = &'a Primitive>) -> Self {
+        let mut uses =
+            Self { triangles: vec![0; scene.triangle_meshes.len()], bilinear: vec![0; scene.bilinear_meshes.len()] };
+        for p in primitives {
+            match &p.shape {
+                Shape::Triangles(h) => uses.triangles[h.index()] += 1,
+                Shape::Bilinear(h) => uses.bilinear[h.index()] += 1,
+                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {}
+            }
+        }
+        uses
+    }
+}
+
+/// Moves the meshes of `primitives` to the space of their group, so that nothing needs a transform afterwards. A mesh
+/// with one user is moved in place; others are copied for each user that moves them.
+pub(super) fn place_meshes(scene: &mut Scene, primitives: &mut [Primitive], uses: &MeshUses) -> Result<(), Error> {
+    for p in primitives {
+        let t = std::mem::take(&mut p.world_from_object);
+        let reverse = std::mem::take(&mut p.reverse_orientation);
+        let stays = t.is_identity() && !reverse;
+        match &mut p.shape {
+            Shape::Triangles(handle) => {
+                let mesh = &scene.triangle_meshes[*handle];
+                mesh.validate().map_err(|source| Error::Mesh { mesh: handle.index(), source })?;
+                if !stays {
+                    let placed = mesh.transformed(&t, reverse);
+                    if uses.triangles[handle.index()] == 1 {
+                        scene.triangle_meshes[*handle] = placed;
+                    } else {
+                        *handle = scene.triangle_meshes.push(placed);
+                    }
+                }
+            }
+            Shape::Bilinear(handle) => {
+                let mesh = &scene.bilinear_meshes[*handle];
+                mesh.validate().map_err(|source| Error::Mesh { mesh: handle.index(), source })?;
+                if !stays {
+                    let placed = mesh.transformed(&t, reverse);
+                    if uses.bilinear[handle.index()] == 1 {
+                        scene.bilinear_meshes[*handle] = placed;
+                    } else {
+                        *handle = scene.bilinear_meshes.push(placed);
+                    }
+                }
+            }
+            // Quadrics keep their transform: they are intersected in their own space.
+            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
+                p.world_from_object = t;
+                p.reverse_orientation = reverse;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether rays pass through a primitive as if it were not there: nothing to scatter, to emit, or to bound a medium.
+fn is_invisible(scene: &Scene, p: &Primitive) -> bool {
+    matches!(scene.materials[p.material].scattering, Scattering::Interface)
+        && p.media.is_none()
+        && p.area_light.is_none()
+}
+
+impl Group {
+    /// Builds the tree over primitives already in place, and instances by their bounds.
+    pub fn build(scene: &Scene, primitives: &[Primitive], instances: &[(u32, Bounds3)]) -> Result<Self, Error> {
+        let mut records = Vec::with_capacity(primitives.len());
+        let mut primitive_of_triangle = Vec::new();
+        let (mut triangles, mut others, mut bounds, mut quadrics) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (i, p) in primitives.iter().enumerate() {
+            let i = i as u32;
+            let mut record = PrimitiveRecord {
+                material: p.material,
+                alpha: p.alpha,
+                mesh: 0,
+                first_triangle: triangles.len() as u32,
+                first_light: None,
+                unsampled_emission: None,
+            };
+            let shown = !is_invisible(scene, p);
+            let mut quadric = |q: Quadric| {
+                let placed = PlacedQuadric::new(q, p.world_from_object, p.reverse_orientation);
+                if shown {
+                    others.push(Other::Quadric { primitive: i, index: quadrics.len() as u32 });
+                    bounds.push(placed.bounds());
+                }
+                quadrics.push(placed);
+            };
+            match &p.shape {
+                Shape::Sphere(s) => quadric(Quadric::Sphere(*s)),
+                Shape::Disk(d) => quadric(Quadric::Disk(*d)),
+                Shape::Cylinder(c) => quadric(Quadric::Cylinder(*c)),
+                Shape::Triangles(handle) => {
+                    record.mesh = handle.index() as u32;
+                    let mesh = &scene.triangle_meshes[*handle];
+                    if shown {
+                        triangles.reserve(mesh.indices.len());
+                        for face in 0..mesh.indices.len() {
+                            let id = triangles.len() as u32;
+                            triangles.push(InputTriangle { p: mesh.triangle(face).p, id, filtered: p.alpha.is_some() });
+                        }
+                        primitive_of_triangle.resize(triangles.len(), i);
+                    }
+                }
+                Shape::Bilinear(handle) => {
+                    record.mesh = handle.index() as u32;
+                    let mesh = &scene.bilinear_meshes[*handle];
+                    if shown {
+                        for face in 0..mesh.indices.len() {
+                            others.push(Other::Patch { primitive: i, face: face as u32 });
+                            bounds.push(mesh.patch(face).bounds());
+                        }
+                    }
+                }
+            }
+            records.push(record);
+        }
+        for (index, b) in instances {
+            if !b.is_empty() {
+                others.push(Other::Instance(*index));
+                bounds.push(*b);
+            }
+        }
+        let accel = Accel::build(&triangles, &bounds)?;
+        Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics })
+    }
+
+    /// Bytes of the tree and the tables, not of the meshes.
+    pub fn byte_size(&self) -> usize {
+        self.accel.byte_size()
+            + size_of_val(self.primitives.as_slice())
+            + size_of_val(self.primitive_of_triangle.as_slice())
+            + size_of_val(self.others.as_slice())
+            + size_of_val(self.quadrics.as_slice())
+    }
+}

@@ -1,0 +1,138 @@
+//! Environment maps: radiance from infinitely far as a picture, sampled in proportion to its brightness (PBRT 4th ed.,
+//! 12.5.2).
+
+use crate::{EnvironmentMapping, Handle, TextureImage};
+use steradian_image::Texels;
+use steradian_math::{INV_4PI, PI, Transform, Vec3, safe_sqrt, sin_cos};
+use steradian_sampling::Piecewise2D;
+use steradian_sampling::warp::{lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_octahedral};
+
+/// An environment map with the tables to sample it.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// The picture.
+    pub image: Handle<TextureImage>,
+    /// Factor.
+    pub scale: f32,
+    mapping: EnvironmentMapping,
+    world_from_light: Transform,
+    distribution: Option<Piecewise2D>,
+}
+
+fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
+    if texels.channels() < 3 { [texels.texel(x, y, 0); 3] } else { std::array::from_fn(|c| texels.texel(x, y, c)) }
+}
+
+impl Environment {
+    /// Tabulates the brightness of a picture.
+    pub fn new(
+        image: Handle<TextureImage>,
+        texels: &Texels,
+        mapping: EnvironmentMapping,
+        world_from_light: Transform,
+        scale: f32,
+    ) -> Self {
+        let (w, h) = (texels.width(), texels.height());
+        let mut values = vec![0.0f32; w * h];
+        for y in 0..h {
+            // The solid angle of a row, relative to the equator.
+            let weight = match mapping {
+                EnvironmentMapping::EqualArea => 1.0,
+                EnvironmentMapping::LatLong => sin_cos(PI * (y as f32 + 0.5) / h as f32).0,
+            };
+            for x in 0..w {
+                let rgb = rgb_at(texels, x, y);
+                values[y * w + x] = (rgb.iter().sum::<f32>() / 3.0).max(0.0) * weight;
+            }
+        }
+        // Where the picture is interpolated, a dark pixel beside a bright one still shines: give it a share.
+        if mapping == EnvironmentMapping::LatLong {
+            values = spread(&values, w, h);
+        }
+        Self { image, scale, mapping, world_from_light, distribution: Piecewise2D::new(values, w, h) }
+    }
+
+    fn square_of(&self, d: Vec3) -> [f32; 2] {
+        let w = self.world_from_light.inverse().vector(d).normalize();
+        match self.mapping {
+            EnvironmentMapping::EqualArea => octahedral_to_square(w),
+            EnvironmentMapping::LatLong => lat_long_to_square(w),
+        }
+    }
+
+    /// The colour seen in direction `d` (world space), before `scale`.
+    pub fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
+        let [u, v] = self.square_of(d);
+        let (w, h) = (texels.width(), texels.height());
+        let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
+        match self.mapping {
+            EnvironmentMapping::EqualArea => rgb_at(texels, cell(u, w), cell(v, h)),
+            EnvironmentMapping::LatLong => {
+                let (x, y) = (u * w as f32 - 0.5, (v * h as f32 - 0.5).clamp(0.0, (h - 1) as f32));
+                let (x0, y0) = (x.floor(), y.floor());
+                let (fx, fy) = (x - x0, y - y0);
+                let column = |x: f32| (x as i64).rem_euclid(w as i64) as usize;
+                let row = |y: f32| (y as usize).min(h - 1);
+                let corner = |dx: f32, dy: f32| rgb_at(texels, column(x0 + dx), row(y0 + dy));
+                let (a, b, c, d) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
+                std::array::from_fn(|i| {
+                    (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
+                })
+            }
+        }
+    }
+
+    /// A direction towards the map (world space) and its density per solid angle. `None` for a black map.
+    pub fn sample(&self, u: [f32; 2]) -> Option<(Vec3, f32)> {
+        let (uv, pdf) = self.distribution.as_ref()?.sample(u);
+        let local = match self.mapping {
+            EnvironmentMapping::EqualArea => square_to_octahedral(uv),
+            EnvironmentMapping::LatLong => square_to_lat_long(uv),
+        };
+        let pdf = pdf * self.square_to_sphere_density(local);
+        (pdf > 0.0 && pdf.is_finite()).then(|| (self.world_from_light.vector(local).normalize(), pdf))
+    }
+
+    /// The density per solid angle of `sample`.
+    pub fn pdf(&self, d: Vec3) -> f32 {
+        let Some(distribution) = &self.distribution else { return 0.0 };
+        let square = self.square_of(d);
+        let local = self.world_from_light.inverse().vector(d).normalize();
+        let pdf = distribution.pdf(square) * self.square_to_sphere_density(local);
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// The density on the sphere of the uniform density on the square.
+    fn square_to_sphere_density(&self, local: Vec3) -> f32 {
+        match self.mapping {
+            EnvironmentMapping::EqualArea => INV_4PI,
+            EnvironmentMapping::LatLong => 1.0 / (2.0 * PI * PI * safe_sqrt(1.0 - local.z * local.z)),
+        }
+    }
+
+    /// The mean brightness over the sphere, before `scale`: for choosing among lights.
+    pub fn mean_brightness(&self) -> f32 {
+        let weight = if self.mapping == EnvironmentMapping::LatLong { PI / 2.0 } else { 1.0 };
+        self.distribution.as_ref().map_or(0.0, |d| d.integral() * weight)
+    }
+}
+
+/// Raises each value to a share of its brightest neighbour.
+fn spread(values: &[f32], w: usize, h: usize) -> Vec<f32> {
+    const SHARE: f32 = 0.25;
+    let mut out = values.to_vec();
+    for y in 0..h {
+        for x in 0..w {
+            let mut most = 0.0f32;
+            for dy in -1i64..=1 {
+                let yy = (y as i64 + dy).clamp(0, h as i64 - 1) as usize;
+                for dx in -1i64..=1 {
+                    let xx = (x as i64 + dx).rem_euclid(w as i64) as usize;
+                    most = most.max(values[yy * w + xx]);
+                }
+            }
+            out[y * w + x] = values[y * w + x].max(SHARE * most);
+        }
+    }
+    out
+}

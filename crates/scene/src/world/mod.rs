@@ -1,0 +1,283 @@
+//! The world: a scene with everything that is derived from it once. Immutable, `Sync`, without locks.
+
+mod build;
+mod camera;
+mod group;
+mod light;
+mod noise;
+mod shading;
+mod surface;
+mod texture;
+
+pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
+pub use light::{LightContext, LightSample};
+pub use shading::Shading;
+pub use surface::{Footprint, Hit, Surface};
+pub use texture::TextureContext;
+
+use crate::{AreaLight, RenderSettings, Scene};
+use group::{Group, Other};
+use light::Lights;
+use steradian_geometry::HitKind;
+use steradian_image::Pyramid;
+use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
+use steradian_sampling::rng::hash_f32;
+use surface::HitShape;
+
+/// An object in its place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorldInstance {
+    group: u32,
+    world_from_object: AnimatedTransform,
+}
+
+/// A camera ray with the rays of its neighbours, where textures care.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRay {
+    /// The ray.
+    pub ray: Ray,
+    /// Its neighbours.
+    pub differential: Option<RayDifferential>,
+}
+
+/// A scene ready to be rendered.
+#[derive(Clone, Debug)]
+pub struct World {
+    scene: Scene,
+    groups: Vec<Group>,
+    instances: Vec<WorldInstance>,
+    pyramids: Vec<Option<Pyramid>>,
+    camera: CameraModel,
+    area_lights: Vec<AreaLight>,
+    lights: Lights,
+    bounds: Bounds3,
+    has_motion: bool,
+    uses_footprints: bool,
+}
+
+/// Numbers that describe a world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// Primitives, those of instanced objects once.
+    pub primitives: usize,
+    /// Triangles, those of instanced objects once.
+    pub triangles: usize,
+    /// Triangles as the camera could see them: counted for every instance.
+    pub instanced_triangles: usize,
+    /// Quadrics and patches.
+    pub other_shapes: usize,
+    /// Instances after flattening.
+    pub instances: usize,
+    /// Lights, each triangle of a mesh for itself.
+    pub lights: usize,
+    /// Triangles without area, which were left out.
+    pub degenerate: usize,
+    /// Bytes of trees and tables.
+    pub tree_bytes: usize,
+    /// Bytes of meshes.
+    pub mesh_bytes: usize,
+    /// Bytes of pictures and their pyramids.
+    pub image_bytes: usize,
+}
+
+impl World {
+    /// The scene that this was built from, its meshes moved to where they belong.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The settings to render by.
+    #[inline]
+    pub fn settings(&self) -> &RenderSettings {
+        &self.scene.settings
+    }
+
+    /// The camera.
+    #[inline]
+    pub fn camera(&self) -> &CameraModel {
+        &self.camera
+    }
+
+    /// A box around everything finite.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Whether anything moves while the shutter is open.
+    #[inline]
+    pub fn has_motion(&self) -> bool {
+        self.has_motion
+    }
+
+    /// The ray for a film position, with differentials if any texture will ask for them.
+    #[inline]
+    pub fn camera_ray(&self, sample: &CameraSample) -> CameraRay {
+        let ray = self.camera.ray(sample);
+        let differential = self.uses_footprints.then(|| self.camera.differential(sample, &ray));
+        CameraRay { ray, differential }
+    }
+
+    /// Counts what is there.
+    pub fn census(&self) -> Census {
+        let triangles = |g: &Group| g.primitive_of_triangle.len();
+        Census {
+            primitives: self.groups.iter().map(|g| g.primitives.len()).sum(),
+            triangles: self.groups.iter().map(triangles).sum(),
+            instanced_triangles: triangles(&self.groups[0])
+                + self.instances.iter().map(|i| triangles(&self.groups[i.group as usize])).sum::<usize>(),
+            other_shapes: self
+                .groups
+                .iter()
+                .map(|g| g.others.iter().filter(|o| !matches!(o, Other::Instance(_))).count())
+                .sum(),
+            instances: self.instances.len(),
+            lights: self.light_count(),
+            degenerate: self.groups.iter().map(|g| g.accel.dropped()).sum(),
+            tree_bytes: self.groups.iter().map(Group::byte_size).sum(),
+            mesh_bytes: self
+                .scene
+                .triangle_meshes
+                .iter()
+                .map(|m| {
+                    size_of_val(m.positions.as_slice())
+                        + size_of_val(m.normals.as_slice())
+                        + size_of_val(m.tangents.as_slice())
+                        + size_of_val(m.uvs.as_slice())
+                        + size_of_val(m.indices.as_slice())
+                })
+                .sum(),
+            image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
+                + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+        }
+    }
+
+    /// The nearest surface that a ray meets.
+    ///
+    /// Hits at equal distance are told apart by number, so the answer does not depend on the order of traversal.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.intersect_group(0, ray)
+    }
+
+    fn intersect_group(&self, group_index: u32, ray: &Ray) -> Option<Hit> {
+        let group = &self.groups[group_index as usize];
+        let mut last: Option<Hit> = None;
+        let hit = group.accel.closest(
+            ray,
+            |id, ray| {
+                let hit = self.intersect_other(group_index, group, group.others[id as usize], ray)?;
+                last = Some(hit);
+                Some(hit.t)
+            },
+            |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+        )?;
+        match hit.kind {
+            HitKind::Triangle => Some(Hit {
+                t: hit.t,
+                shape: HitShape::Triangle { id: hit.id, b1: hit.b1, b2: hit.b2 },
+                group: group_index,
+                instance: 0,
+            }),
+            HitKind::Other => last,
+        }
+    }
+
+    fn intersect_other(&self, group_index: u32, group: &Group, other: Other, ray: &Ray) -> Option<Hit> {
+        match other {
+            Other::Instance(i) => {
+                let instance = &self.instances[i as usize];
+                let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
+                let mut hit = self.intersect_group(instance.group, &local)?;
+                hit.instance = i;
+                Some(hit)
+            }
+            Other::Quadric { primitive, index } => {
+                let quadric = &group.quadrics[index as usize];
+                let mut along = *ray;
+                let mut passed = 0.0;
+                // A hit that alpha makes a hole of: go on behind it.
+                loop {
+                    let mut hit = quadric.intersect(&along)?;
+                    let there = group.primitives[primitive as usize].alpha.is_none() || {
+                        let p = quadric.interaction(&hit);
+                        self.is_there(group, primitive, index, &p)
+                    };
+                    if there {
+                        hit.t += passed;
+                        let shape = HitShape::Quadric { primitive, index, hit };
+                        return (hit.t <= ray.t_max).then_some(Hit {
+                            t: hit.t,
+                            shape,
+                            group: group_index,
+                            instance: 0,
+                        });
+                    }
+                    let next = quadric.interaction(&hit).spawn(ray.d, ray.time);
+                    passed += hit.t;
+                    along = Ray { t_max: ray.t_max - passed, ..next };
+                }
+            }
+            Other::Patch { primitive, face } => {
+                let record = &group.primitives[primitive as usize];
+                let mesh = &self.scene.bilinear_meshes[crate::Handle::from_index(record.mesh as usize)];
+                let hit = mesh.patch(face as usize).intersect(ray)?;
+                if record.alpha.is_some() {
+                    let p = mesh.interaction(face as usize, hit.u, hit.v);
+                    if !self.is_there(group, primitive, face, &p) {
+                        return None;
+                    }
+                }
+                let shape = HitShape::Patch { primitive, face, u: hit.u, v: hit.v };
+                Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
+            }
+        }
+    }
+
+    /// Whether anything is in the way of a ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded_in_group(0, ray)
+    }
+
+    fn occluded_in_group(&self, group_index: u32, ray: &Ray) -> bool {
+        let group = &self.groups[group_index as usize];
+        group.accel.any(
+            ray,
+            |id, ray| match group.others[id as usize] {
+                Other::Instance(i) => {
+                    let instance = &self.instances[i as usize];
+                    let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
+                    self.occluded_in_group(instance.group, &local)
+                }
+                other => self.intersect_other(group_index, group, other, ray).is_some(),
+            },
+            |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+        )
+    }
+
+    /// The alpha test of a triangle.
+    fn triangle_is_there(&self, group: &Group, id: u32, b1: f32, b2: f32) -> bool {
+        let primitive = group.primitive_of_triangle[id as usize];
+        let record = &group.primitives[primitive as usize];
+        let face = id - record.first_triangle;
+        let mesh = &self.scene.triangle_meshes[crate::Handle::from_index(record.mesh as usize)];
+        self.is_there(group, primitive, face, &mesh.interaction(face as usize, b1, b2))
+    }
+
+    /// The alpha test: below one, a point of the surface is there with that probability, decided by a hash of the
+    /// primitive and the point, so that every ray that comes to the point agrees.
+    fn is_there(&self, group: &Group, primitive: u32, element: u32, p: &steradian_geometry::SurfaceHit) -> bool {
+        let Some(alpha) = group.primitives[primitive as usize].alpha else { return true };
+        let context = TextureContext { p: p.p, n: p.n, uv: p.uv, ..TextureContext::default() };
+        let alpha = self.float_texture(alpha, &context);
+        if alpha >= 1.0 {
+            return true;
+        }
+        if alpha <= 0.0 {
+            return false;
+        }
+        let bits = |v: f32| u64::from(v.to_bits());
+        let place = [bits(p.p.x) | bits(p.p.y) << 32, bits(p.p.z), u64::from(primitive) << 32 | u64::from(element)];
+        hash_f32(&place) < alpha
+    }
+}

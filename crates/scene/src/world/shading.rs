@@ -1,0 +1,233 @@
+//! Materials at a point: textures evaluated, bump and normal maps applied, a lobe in its frame.
+
+use super::World;
+use super::surface::Surface;
+use super::texture::TextureContext;
+use crate::material::{Coat, Ior, Material, Metal, Roughness, Scattering};
+use crate::{FloatTexture, Handle, TextureImage};
+use steradian_bsdf::{
+    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
+    index_of_reflectance,
+};
+use steradian_math::{Frame, Point2, Ray, RayDifferential, Vec2, Vec3};
+use steradian_sampling::rng::{hash_combine, hash_floats, unit_f32};
+use steradian_spectrum::{Lanes, Wavelengths};
+
+/// A lobe and the frame it is written in.
+#[derive(Clone, Copy, Debug)]
+pub struct Shading {
+    /// Shading frame in world space: z is the shading normal, x lies along dp/du.
+    pub frame: Frame,
+    /// The lobe.
+    pub bsdf: Bsdf,
+}
+
+impl World {
+    /// The material at a surface point; `None` where nothing scatters.
+    ///
+    /// Works out the surface's footprint, if any texture needs it, and moves its shading geometry as bump and normal
+    /// maps demand. Dispersive materials leave only the hero wavelength alive.
+    #[inline]
+    pub fn shading(
+        &self,
+        surface: &mut Surface,
+        ray: &Ray,
+        differential: Option<&RayDifferential>,
+        wavelengths: &mut Wavelengths,
+    ) -> Option<Shading> {
+        let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
+        let mut material = &self.scene.materials[record.material];
+        if self.uses_footprints {
+            surface.footprint = self.footprint(surface, ray, differential);
+        }
+        let mut context = self.texture_context(surface);
+        while let Scattering::Mix { materials, amount } = &material.scattering {
+            material = &self.scene.materials[self.choose(*materials, *amount, surface, &context)];
+        }
+        if material.displacement.is_some() || material.normal_map.is_some() {
+            self.perturb(material, surface, &context);
+            context.n = surface.n;
+        }
+        let bsdf = self.bsdf(material, &context, wavelengths)?;
+        let frame = Frame::from_xz(surface.shading.dpdu, surface.shading.n);
+        let bsdf = if self.scene.settings.force_diffuse {
+            Diffuse::new(bsdf.albedo(frame.to_local(surface.wo))).into()
+        } else {
+            bsdf
+        };
+        Some(Shading { frame, bsdf })
+    }
+
+    #[inline]
+    fn texture_context(&self, surface: &Surface) -> TextureContext {
+        let f = &surface.footprint;
+        TextureContext {
+            p: surface.p,
+            dpdx: f.dpdx,
+            dpdy: f.dpdy,
+            n: surface.n,
+            uv: surface.uv,
+            duv_dx: f.duv_dx,
+            duv_dy: f.duv_dy,
+        }
+    }
+
+    /// The member of a mix at this point: a hash of place and direction against the amount.
+    fn choose(
+        &self,
+        materials: [Handle<Material>; 2],
+        amount: Handle<FloatTexture>,
+        surface: &Surface,
+        context: &TextureContext,
+    ) -> Handle<Material> {
+        let amount = self.float_texture(amount, context);
+        if amount <= 0.0 {
+            return materials[0];
+        }
+        if amount >= 1.0 {
+            return materials[1];
+        }
+        let (p, w) = (surface.p, surface.wo);
+        let names = (materials[0].index() as u64) << 32 | materials[1].index() as u64;
+        let u = unit_f32((hash_combine(hash_floats(&[p.x, p.y, p.z, w.x, w.y, w.z]), names) >> 32) as u32);
+        materials[usize::from(u >= 1.0 - amount)]
+    }
+
+    /// Moves the shading frame by a normal map, or by the slope of a bump map (Blinn 1978).
+    fn perturb(&self, material: &Material, surface: &mut Surface, context: &TextureContext) {
+        let (dpdu, dpdv) = match (material.normal_map, material.displacement) {
+            (Some(map), _) => self.normal_mapped(map, surface),
+            (None, Some(height)) => self.bumped(height, surface, context),
+            (None, None) => return,
+        };
+        let Some(n) = dpdu.cross(dpdv).try_normalize() else { return };
+        let s = &mut surface.geometry.shading;
+        // The side that counts as outside stays what it was.
+        s.n = n.to_normal().face_forward(surface.geometry.n);
+        s.dpdu = dpdu;
+        s.dpdv = dpdv;
+    }
+
+    fn normal_mapped(&self, map: Handle<TextureImage>, surface: &Surface) -> (Vec3, Vec3) {
+        let s = &surface.shading;
+        let uv = Point2::new(surface.uv.x, 1.0 - surface.uv.y);
+        let zero = Vec2::default();
+        let Some(pyramid) = &self.pyramids[map.index()] else { return (s.dpdu, s.dpdv) };
+        let rgb = pyramid.lookup3(uv, zero, zero, steradian_image::Lookup::Bilinear);
+        let local = Vec3::from_array(rgb.map(|v| 2.0 * v - 1.0));
+        let frame = Frame::from_xz(s.dpdu, s.n);
+        let Some(n) = frame.from_local(local).try_normalize() else { return (s.dpdu, s.dpdv) };
+        let (u_length, v_length) = (s.dpdu.length(), s.dpdv.length());
+        let tangent = s.dpdu - n * n.dot(s.dpdu);
+        let Some(tangent) = tangent.try_normalize() else { return (s.dpdu, s.dpdv) };
+        (tangent * u_length, n.cross(tangent) * v_length)
+    }
+
+    fn bumped(&self, height: Handle<FloatTexture>, surface: &Surface, context: &TextureContext) -> (Vec3, Vec3) {
+        let (s, f) = (&surface.shading, &surface.footprint);
+        // Half a sample's footprint; where that is unknown, something small.
+        let step = |a: f32, b: f32| {
+            let d = 0.5 * (a.abs() + b.abs());
+            if d == 0.0 { 0.0005 } else { d }
+        };
+        let (du, dv) = (step(f.duv_dx.x, f.duv_dy.x), step(f.duv_dx.y, f.duv_dy.y));
+        let here = self.float_texture(height, context);
+        let shifted = |dp: Vec3, duv: Vec2| {
+            self.float_texture(height, &TextureContext { p: context.p + dp, uv: context.uv + duv, ..*context })
+        };
+        let u = (shifted(s.dpdu * du, Vec2::new(du, 0.0)) - here) / du;
+        let v = (shifted(s.dpdv * dv, Vec2::new(0.0, dv)) - here) / dv;
+        let n = s.n.to_vec();
+        (s.dpdu + n * u + s.dndu.to_vec() * here, s.dpdv + n * v + s.dndv.to_vec() * here)
+    }
+
+    fn bsdf(&self, material: &Material, c: &TextureContext, w: &mut Wavelengths) -> Option<Bsdf> {
+        Some(match &material.scattering {
+            Scattering::Diffuse { reflectance } => {
+                Diffuse::new(self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0)).into()
+            }
+            Scattering::Conductor { metal, roughness } => {
+                let (eta, k) = self.metal(metal, c, w);
+                Conductor::new(self.microfacets(roughness, c), eta, k).into()
+            }
+            Scattering::Dielectric { eta, roughness } => {
+                Dielectric::new(index(eta, w), self.microfacets(roughness, c)).into()
+            }
+            Scattering::ThinDielectric { eta } => ThinDielectric::new(index(eta, w)).into(),
+            Scattering::DiffuseTransmission { reflectance, transmittance, scale } => {
+                let of = |t| (self.spectrum_texture(t, c, w) * *scale).clamp(0.0, 1.0);
+                DiffuseTransmission::new(of(*reflectance), of(*transmittance)).into()
+            }
+            Scattering::CoatedDiffuse { reflectance, coat } => {
+                let base = Diffuse::new(self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0));
+                let (interface, coating) = self.coat(coat, c, w);
+                Bsdf::CoatedDiffuse(Layered::new(interface, base, coating))
+            }
+            Scattering::CoatedConductor { metal, roughness, coat } => {
+                let (interface, coating) = self.coat(coat, c, w);
+                let (eta, k) = self.metal(metal, c, w);
+                // Indices relative to the coat.
+                let relative = 1.0 / interface.eta;
+                let base = Conductor::new(self.microfacets(roughness, c), eta * relative, k * relative);
+                Bsdf::CoatedConductor(Layered::new(interface, base, coating))
+            }
+            Scattering::Mix { .. } | Scattering::Interface => return None,
+        })
+    }
+
+    fn metal(&self, metal: &Metal, c: &TextureContext, w: &Wavelengths) -> (Lanes, Lanes) {
+        match metal {
+            Metal::Ior { eta, k } => (self.spectrum_texture(*eta, c, w), self.spectrum_texture(*k, c, w)),
+            // A perfect mirror would need an infinite index.
+            Metal::Reflectance(r) => index_of_reflectance(self.spectrum_texture(*r, c, w).clamp(0.0, 0.9999)),
+        }
+    }
+
+    fn microfacets(&self, roughness: &Roughness, c: &TextureContext) -> TrowbridgeReitz {
+        let u = self.float_texture(roughness.u, c);
+        let v = if roughness.u == roughness.v { u } else { self.float_texture(roughness.v, c) };
+        let alpha = |r: f32| if roughness.remap { TrowbridgeReitz::roughness_to_alpha(r) } else { r };
+        TrowbridgeReitz::new(alpha(u), alpha(v))
+    }
+
+    fn coat(&self, coat: &Coat, c: &TextureContext, w: &mut Wavelengths) -> (Dielectric, Coating) {
+        let interface = Dielectric::new(index(&coat.eta, w), self.microfacets(&coat.roughness, c));
+        let coating = Coating {
+            thickness: self.float_texture(coat.thickness, c),
+            albedo: self.spectrum_texture(coat.albedo, c, w).clamp(0.0, 1.0),
+            g: self.float_texture(coat.g, c).clamp(-0.99, 0.99),
+            max_depth: coat.max_depth,
+            walks: coat.samples,
+            seed: self.scene.settings.sampler.seed,
+            pbrt_values: self.scene.settings.layered_as_pbrt,
+        };
+        (interface, coating)
+    }
+
+    /// The name of the surface's material, or its place in the scene if it has none.
+    pub fn material_name(&self, surface: &Surface) -> String {
+        let handle = self.groups[surface.group as usize].primitives[surface.primitive as usize].material;
+        let name = &self.scene.materials[handle].name;
+        if name.is_empty() { format!("{handle:?}") } else { name.clone() }
+    }
+
+    /// White in the four lanes: a constant radiance of luminance one.
+    pub fn white(&self, w: &Wavelengths) -> Lanes {
+        let space = self.scene.settings.film.color_space;
+        space.illuminant_lanes([1.0; 3], w) * (1.0 / space.photometric())
+    }
+}
+
+/// The index at the hero wavelength; one that changes with wavelength ends the others.
+fn index(eta: &Ior, w: &mut Wavelengths) -> f32 {
+    let value = match eta {
+        Ior::Constant(v) => *v,
+        Ior::Spectrum(s) => {
+            let value = s.eval(w).0[w.hero_lane()];
+            w.terminate_secondary();
+            value
+        }
+    };
+    // Outside the range of its table a spectrum is zero; no index is.
+    if value > 0.0 { value } else { 1.0 }
+}
