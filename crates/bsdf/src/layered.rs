@@ -6,7 +6,7 @@
 use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
-use crate::direction::same_hemisphere;
+use crate::direction::{mirror, same_hemisphere};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use crate::phase::HenyeyGreenstein;
 use steradian_math::{INV_2PI, Vec3, exp, lerp};
@@ -37,12 +37,17 @@ pub struct Coating {
     pub walks: u32,
     /// Chooses the random numbers of the walks, together with the directions.
     pub seed: u64,
+    /// Evaluate as pbrt-v4 does, for comparisons with it only, since that is biased in two ways. Both ways out of a rough
+    /// coat are weighed with the density of leaving along `wi` where that of the reversed path is due, so that the weights
+    /// do not sum to one: some percent, more at grazing angles. And between a smooth coat and a smooth metal, light that
+    /// the medium scattered and the metal then mirrored is lost. A smooth coat over a diffuse base is not concerned.
+    pub pbrt_values: bool,
 }
 
 impl Default for Coating {
     /// pbrt-v4's defaults.
     fn default() -> Self {
-        Self { thickness: 0.01, albedo: Lanes::ZERO, g: 0.0, max_depth: 10, walks: 1, seed: 0 }
+        Self { thickness: 0.01, albedo: Lanes::ZERO, g: 0.0, max_depth: 10, walks: 1, seed: 0, pbrt_values: false }
     }
 }
 
@@ -59,6 +64,14 @@ struct Walk {
     beta: Lanes,
     w: Vec3,
     z: f32,
+}
+
+/// Mirrored ways out: from the medium down to a Dirac base, up, and maybe back from the Dirac coat, any number of times.
+struct MirroredExit {
+    /// Reflectance of the base.
+    base: Lanes,
+    /// Sum over all the returns: `1 / (1 - base * coat * transmittance^2)`.
+    returns: Lanes,
 }
 
 /// What happened to a walk in the slab.
@@ -89,6 +102,12 @@ impl<Base: Lobe> Layered<Base> {
     #[inline]
     pub fn base(&self) -> &Base {
         &self.base
+    }
+
+    /// What lies between them.
+    #[inline]
+    pub fn coating(&self) -> &Coating {
+        &self.coating
     }
 
     #[inline]
@@ -126,6 +145,31 @@ impl<Base: Lobe> Layered<Base> {
         Event::Interface
     }
 
+    /// Density with which the direction `-w` inside is taken when light that leaves along `wi` is followed back.
+    #[inline]
+    fn exit_density(&self, w: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+        if self.coating.pbrt_values {
+            self.coat.pdf_part(-w, wi, mode, Part::Transmission)
+        } else {
+            self.coat.pdf_part(wi, -w, mode.flipped(), Part::Transmission)
+        }
+    }
+
+    /// Where both interfaces are Dirac no sampled direction finds the way out after a mirroring, so those ways are summed here.
+    ///
+    /// `leave` points down, to where light that leaves comes from.
+    fn mirrored_exit(&self, leave: Vec3, mode: TransportMode) -> Option<MirroredExit> {
+        let both_dirac = !self.coat.flags().is_non_specular() && !self.base.flags().is_non_specular();
+        if !both_dirac || self.coating.albedo.is_black() || self.coating.pbrt_values {
+            return None;
+        }
+        let base = usable(self.base.sample_part(-leave, 0.0, [0.5; 2], mode, Part::Reflection))?.weight;
+        let coat = usable(self.coat.sample_part(leave, 0.0, [0.5; 2], mode, Part::Reflection));
+        let trip = transmittance(2.0 * self.coating.thickness, leave);
+        let ratio = coat.map_or(Lanes::ZERO, |coat| base * coat.weight * trip);
+        Some(MirroredExit { base, returns: ratio.map(|q| 1.0 / (1.0 - q.min(0.9999))) })
+    }
+
     /// One estimate of `f` beyond the reflection off the coat, for directions above the surface.
     fn walk_value(&self, wo: Vec3, wi: Vec3, mode: TransportMode, rng: &mut Rng) -> Lanes {
         let (coat, base, thickness) = (&self.coat, &self.base, self.coating.thickness);
@@ -142,6 +186,7 @@ impl<Base: Lobe> Layered<Base> {
         let base_is_dirac = base.flags().is_specular();
         // f / pdf of leaving
         let leave_value = leave.weight / leave.wi.z.abs();
+        let mirrored = self.mirrored_exit(leave.wi, mode);
         let mut walk = Walk { beta: enter.weight, w: enter.wi, z: thickness };
         let mut sum = Lanes::ZERO;
         for depth in 0..self.coating.max_depth {
@@ -152,7 +197,12 @@ impl<Base: Lobe> Layered<Base> {
             let event = self.travel(&mut walk, rng, |walk, phase| {
                 let value = phase.eval(-walk.w, -leave.wi);
                 let weight = if coat_is_dirac { 1.0 } else { power_weight(leave.pdf, value) };
-                sum += walk.beta * leave_value * (value * weight * transmittance(walk.z - thickness, leave.wi));
+                let mut exit = Lanes::splat(value * weight * transmittance(walk.z - thickness, leave.wi));
+                if let Some(m) = &mirrored {
+                    let down = phase.eval(-walk.w, mirror(leave.wi)) * transmittance(walk.z + thickness, leave.wi);
+                    exit = (exit + m.base * down) * m.returns;
+                }
+                sum += walk.beta * leave_value * exit;
             });
             match event {
                 Event::Stuck => continue,
@@ -161,7 +211,7 @@ impl<Base: Lobe> Layered<Base> {
                     if walk.w.z > 0.0 && !coat_is_dirac {
                         let f = coat.eval(-walk.w, wi, mode);
                         if !f.is_black() {
-                            let weight = power_weight(phase_pdf, coat.pdf_part(-walk.w, wi, mode, Part::Transmission));
+                            let weight = power_weight(phase_pdf, self.exit_density(walk.w, wi, mode));
                             sum += walk.beta * f * (transmittance(walk.z - thickness, walk.w) * weight);
                         }
                     }
@@ -190,11 +240,8 @@ impl<Base: Lobe> Layered<Base> {
                 // The bounce off the base may find the way out by itself.
                 let f = coat.eval(-walk.w, wi, mode);
                 if !f.is_black() {
-                    let weight = if base_is_dirac {
-                        1.0
-                    } else {
-                        power_weight(bounce.pdf, coat.pdf_part(-walk.w, wi, mode, Part::Transmission))
-                    };
+                    let weight =
+                        if base_is_dirac { 1.0 } else { power_weight(bounce.pdf, self.exit_density(walk.w, wi, mode)) };
                     sum += walk.beta * f * (transmittance(thickness, walk.w) * weight);
                 }
             }
