@@ -6,10 +6,12 @@
 //! Directions are unit vectors, the local pole is `z`.
 
 pub mod distribution;
+pub mod estimator;
 pub mod mis;
 pub mod rng;
 pub mod sampler;
 pub mod sequence;
+pub mod statistics;
 pub mod warp;
 
 pub use distribution::{AliasTable, Piecewise1D, Piecewise2D, SummedAreaTable, VarianceEstimator, WindowedPiecewise2D};
