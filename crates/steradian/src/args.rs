@@ -1,0 +1,342 @@
+//! The command line's grammar. The names are a contract: scripts rely on them.
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use std::path::PathBuf;
+
+use crate::numbers::{Crop, ExposureArg, Pixel, Size};
+
+/// What `--help` says first.
+const ABOUT: &str = "Steradian turns a description of a scene into a photograph of it, by following light.";
+
+const EXAMPLES: &str = "\
+Examples:
+  steradian render                                  render the scene that is built in
+  steradian render kitchen.pbrt -o kitchen.exr      render a pbrt-v4 scene
+  steradian render kitchen.pbrt --spp 16 --size 480x270     a quick look
+  steradian check kitchen.pbrt                      is anything wrong with the scene?
+  steradian compare kitchen.exr reference.exr       do two renderings show the same?
+
+Exit codes: 0 done, 1 compared images differ, 2 the input is at fault, 3 the machine is at fault
+(no such folder, disk full), 130 interrupted.";
+
+/// The whole command line.
+#[derive(Parser, Debug)]
+#[command(
+    name = "steradian",
+    version,
+    about = ABOUT,
+    after_help = EXAMPLES,
+    max_term_width = 100,
+    disable_help_subcommand = true,
+    arg_required_else_help = true
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Render a scene to image files
+    #[command(after_help = RENDER_NOTES)]
+    Render(RenderArgs),
+    /// Read a scene and report every problem in it
+    Check(SceneArg),
+    /// Say what is in a scene, or what an image file says about itself
+    Info(InfoArgs),
+    /// Say whether two images show the same, and how far apart they are
+    #[command(after_help = COMPARE_NOTES)]
+    Compare(CompareArgs),
+    /// Trace one path again and print it vertex by vertex
+    #[command(after_help = TRACE_NOTES)]
+    Trace(TraceArgs),
+    /// Print completions for a shell
+    #[command(
+        after_help = "Example: steradian completions bash > ~/.local/share/bash-completion/completions/steradian"
+    )]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+const RENDER_NOTES: &str = "\
+Without SCENE, the built-in scene is rendered to steradian.png and steradian.exr.
+Without -o, the file that the scene's Film names is written to the current folder, and a PNG beside it.
+
+Ctrl-C stops after the current pass and writes what there is; a second one stops at once.
+Options that pbrt-v4 spells differently work too: --outfile, --nthreads, --cropwindow.
+
+Examples:
+  steradian render scene.pbrt -o scene.exr -o scene.png --exposure auto
+  steradian render scene.pbrt --spp 16 --crop 0.4,0.6,0.4,0.6    a quick look at the middle
+  steradian render scene.pbrt --integrator normals -o normals.png
+  zcat scene.pbrt.gz | steradian render - -o scene.exr";
+
+/// `render`.
+#[derive(Args, Debug)]
+pub(crate) struct RenderArgs {
+    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub scene: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// Where the picture goes.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputArgs {
+    /// Write the picture to FILE: .exr .hdr .pfm hold light as it is, .png .jpg are tone mapped; may be given several times
+    #[arg(short, long = "output", visible_alias = "outfile", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Vec<PathBuf>,
+
+    /// Write the variance of each pixel's mean to FILE (.exr or .pfm)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub variance: Option<PathBuf>,
+
+    /// Brighten .png and .jpg by this many stops, or find the exposure automatically
+    #[arg(long, value_name = "STOPS|auto", default_value = "0", allow_hyphen_values = true)]
+    pub exposure: ExposureArg,
+
+    /// The curve from light to screen in .png and .jpg
+    #[arg(long, value_name = "NAME", default_value = "agx")]
+    pub tonemap: ToneMapArg,
+
+    /// Write .exr with 16-bit floats: half the size, three digits
+    #[arg(long)]
+    pub half: bool,
+}
+
+/// What decides the picture, besides the scene: `trace` needs the same to replay a path.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Picture (each replaces what the scene says)")]
+pub(crate) struct PictureArgs {
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_SPP))]
+    pub spp: Option<u32>,
+
+    /// Width and height in pixels, as in 640x360; the field of view along the shorter side stays
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+
+    /// Render only this part of the picture, in fractions of its width and height
+    #[arg(long, visible_alias = "cropwindow", value_name = "x0,x1,y0,y1")]
+    pub crop: Option<Crop>,
+
+    /// Chooses one of 2^64 sets of random numbers
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// How light is followed, or which property of what is seen is shown
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<IntegratorArg>,
+
+    /// Where random numbers come from
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<SamplerArg>,
+
+    /// The most bounces of a path; 0 sees lamps only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=MOST_DEPTH))]
+    pub max_depth: Option<u32>,
+
+    /// Follow wavelengths, or only red, green and blue
+    #[arg(long, value_name = "MODE")]
+    pub color: Option<ColorArg>,
+}
+
+/// More than any picture needs, and the most that single precision sums are good for.
+const MOST_SPP: i64 = 1 << 24;
+const MOST_DEPTH: i64 = 1_000_000;
+const MOST_THREADS: i64 = 1024;
+
+/// How to run.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Run")]
+pub(crate) struct RunArgs {
+    /// Threads; the picture does not depend on their number [default: one per core]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub threads: Option<u16>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// The integrators.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum IntegratorArg {
+    /// Paths from the camera, with light sampling
+    Path,
+    /// Shading normals as colours
+    Normals,
+    /// Reflected share of light
+    Albedo,
+    /// Distance along the view axis
+    Depth,
+    /// Surface coordinates as colours
+    Uv,
+    /// Ambient occlusion
+    Ao,
+}
+
+/// The samplers.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SamplerArg {
+    /// Independent random numbers
+    Independent,
+    /// A jittered grid
+    Stratified,
+    /// Halton's sequence
+    Halton,
+    /// Sobol's sequence over the whole image
+    Sobol,
+    /// Sobol's first two dimensions, shuffled for each use
+    #[value(name = "paddedsobol", alias = "padded")]
+    PaddedSobol,
+    /// The same along a Z curve: the finest grain for a given number of samples
+    #[value(name = "zsobol")]
+    ZSobol,
+}
+
+/// The colour modes.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ColorArg {
+    /// Red, green and blue
+    Rgb,
+    /// Four wavelengths a path
+    Spectral,
+}
+
+/// The tone curves.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ToneMapArg {
+    /// Cut off at white
+    Clip,
+    /// Reinhard 2002, on luminance
+    Reinhard,
+    /// Hable's film curve
+    #[value(alias = "filmic")]
+    Hable,
+    /// The ACES transform
+    Aces,
+    /// AgX: bright colours go to white as on film
+    Agx,
+}
+
+/// A scene, required.
+#[derive(Args, Debug)]
+pub(crate) struct SceneArg {
+    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub scene: PathBuf,
+}
+
+/// `info`.
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// A scene, - for standard input, or an image (.exr .png .jpg .hdr .pfm .tga .bmp .qoi)
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub file: PathBuf,
+}
+
+const COMPARE_NOTES: &str = "\
+The verdict is statistical: images agree unless they differ by more than their noise explains, and by enough to matter.
+Noise is taken from the first of these that there is: several renderings with other seeds (--seed-image), --variance,
+channels Variance.R .G .B in a file, the scatter of the difference inside small blocks of pixels.
+A verdict of 'agree' is called weak where an error of 1.5 % in brightness could have gone unseen: give more samples.
+
+Examples:
+  steradian compare mine.exr reference.exr --diff where.png
+  steradian compare seed1.exr reference.exr --seed-image seed2.exr --seed-image seed3.exr --seed-image seed4.exr
+  steradian compare --exact before.exr after.exr";
+
+/// `compare`.
+#[derive(Args, Debug)]
+pub(crate) struct CompareArgs {
+    /// The image to judge
+    #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
+    pub candidate: PathBuf,
+
+    /// The image to judge it by
+    #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
+    pub reference: PathBuf,
+
+    /// A further rendering of A's scene with another seed; may be given several times
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub seed_image: Vec<PathBuf>,
+
+    /// The variance of A's pixel means, as written by render --variance
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "seed_image")]
+    pub variance: Option<PathBuf>,
+
+    /// Take A's noise from B's variance, B having this many samples per pixel and A what its file says
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["seed_image", "variance"])]
+    pub against_spp: Option<u32>,
+
+    /// Ask for equal bits in every channel and attribute, except date, duration, host and threads
+    #[arg(long, conflicts_with_all = ["seed_image", "variance", "against_spp"])]
+    pub exact: bool,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write a picture of where and how visibly the images differ (FLIP, black to yellow)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub diff: Option<PathBuf>,
+}
+
+const TRACE_NOTES: &str = "\
+A sample depends on the scene, the options below, the pixel and the sample's number, and on nothing else.
+Reports of bad samples name the command that traces them again.";
+
+/// `trace`.
+#[derive(Args, Debug)]
+pub(crate) struct TraceArgs {
+    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input [default: the built-in scene]
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub scene: Option<PathBuf>,
+
+    /// The pixel, in the whole image, from 0,0 at the top left
+    #[arg(long, value_name = "x,y")]
+    pub pixel: Pixel,
+
+    /// The number of the sample in its pixel, from 0
+    #[arg(long, value_name = "I", value_parser = clap::value_parser!(u32).range(0..MOST_SPP))]
+    pub sample: u32,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+
+    #[command(flatten)]
+    pub picture: PictureArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn flags_of_pbrt_users_mean_what_they_meant() {
+        let line =
+            "steradian render s.pbrt --outfile a.exr --spp 4 --nthreads 3 --cropwindow 0,.5,0,1 --seed 7 --quiet";
+        let Command::Render(r) = Cli::try_parse_from(line.split(' ')).unwrap().command else { panic!("not render") };
+        assert_eq!(r.output.output, [PathBuf::from("a.exr")]);
+        assert_eq!((r.picture.spp, r.run.threads, r.picture.seed, r.run.quiet), (Some(4), Some(3), Some(7), true));
+        assert_eq!(r.picture.crop, Some(Crop([0.0, 0.5, 0.0, 1.0])));
+    }
+}

@@ -1,0 +1,173 @@
+//! Numbers as people write and read them: sizes, crops, pixels, exposures in; bytes, counts and durations out.
+
+use std::fmt;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// Width and height, written `640x360`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub [u32; 2]);
+
+impl FromStr for Size {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Size, String> {
+        let parts: Vec<&str> = s.split(['x', 'X', ',']).collect();
+        let [w, h] = parts[..] else { return Err("write it as WIDTHxHEIGHT, as in 640x360".into()) };
+        let side = |s: &str| match s.trim().parse::<u32>() {
+            Ok(0) => Err("a picture needs at least one pixel each way".to_owned()),
+            Ok(n) if n <= i32::MAX as u32 => Ok(n),
+            _ => Err(format!("`{s}` is not a number of pixels; write it as WIDTHxHEIGHT, as in 640x360")),
+        };
+        Ok(Size([side(w)?, side(h)?]))
+    }
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// A part of the picture in fractions of width and height: x0, x1, y0, y1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crop(pub [f32; 4]);
+
+impl FromStr for Crop {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Crop, String> {
+        let hint = "write it as x0,x1,y0,y1 with numbers from 0 to 1, as in 0.25,0.75,0,1";
+        let numbers: Result<Vec<f32>, _> = s.split([',', ' ']).filter(|p| !p.is_empty()).map(str::parse).collect();
+        let Ok([x0, x1, y0, y1]) = numbers.as_deref().map(|n| <[f32; 4]>::try_from(n).unwrap_or([f32::NAN; 4])) else {
+            return Err(hint.into());
+        };
+        if [x0, x1, y0, y1].iter().any(|v| !(0.0..=1.0).contains(v)) {
+            return Err(hint.into());
+        }
+        if x0 >= x1 || y0 >= y1 {
+            return Err("nothing is left of the picture: x0 must be less than x1, and y0 less than y1".into());
+        }
+        Ok(Crop([x0, x1, y0, y1]))
+    }
+}
+
+impl fmt::Display for Crop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x0, x1, y0, y1] = self.0;
+        write!(f, "{x0},{x1},{y0},{y1}")
+    }
+}
+
+/// A pixel, written `x,y`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pixel(pub [u32; 2]);
+
+impl FromStr for Pixel {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Pixel, String> {
+        let xy = s.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
+        xy.map(Pixel).ok_or_else(|| "write it as x,y, as in 12,34".into())
+    }
+}
+
+/// The exposure of a tone-mapped picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ExposureArg {
+    /// So many stops.
+    Stops(f32),
+    /// As the picture needs.
+    Auto,
+}
+
+impl FromStr for ExposureArg {
+    type Err = String;
+    fn from_str(s: &str) -> Result<ExposureArg, String> {
+        if s == "auto" {
+            return Ok(ExposureArg::Auto);
+        }
+        match s.parse::<f32>() {
+            Ok(v) if v.abs() <= 64.0 => Ok(ExposureArg::Stops(v)),
+            _ => Err("write a number of stops from -64 to 64, or auto".into()),
+        }
+    }
+}
+
+/// A count with its digits in groups: `1,234,567`.
+pub(crate) fn count(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A count with its noun: `1 light`, `2 lights`.
+pub(crate) fn counted(n: u64, noun: &str) -> String {
+    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
+/// A size in memory: `1.5 GiB`.
+pub(crate) fn bytes(n: u64) -> String {
+    const UNITS: [&str; 7] = ["B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
+    let mut value = n as f64;
+    let mut unit = 0;
+    while value >= 1024.0 && unit + 1 < UNITS.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{n} B") } else { format!("{value:.1} {}", UNITS[unit]) }
+}
+
+/// A duration: `0.4 s`, `12 s`, `3 min 20 s`, `2 h 5 min`.
+pub(crate) fn duration(d: Duration) -> String {
+    let s = d.as_secs_f64();
+    let whole = s.round() as u64;
+    match whole {
+        0..10 => format!("{s:.1} s"),
+        10..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+/// Millions a second.
+pub(crate) fn mega_rate(n: u64, d: Duration) -> f64 {
+    n as f64 / 1e6 / d.as_secs_f64().max(1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read() {
+        assert_eq!("640x360".parse(), Ok(Size([640, 360])));
+        assert_eq!("0x360".parse::<Size>(), Err("a picture needs at least one pixel each way".into()));
+        assert!("640".parse::<Size>().is_err() && "-1x5".parse::<Size>().is_err());
+        assert!("9999999999x5".parse::<Size>().is_err());
+        assert_eq!("0,.5,0.25,1".parse(), Ok(Crop([0.0, 0.5, 0.25, 1.0])));
+        for bad in ["0,1", "0,1,0,nan", "0,2,0,1", "0.5,0.5,0,1", "a,b,c,d", ""] {
+            assert!(bad.parse::<Crop>().is_err(), "{bad}");
+        }
+        assert_eq!("3, 4".parse(), Ok(Pixel([3, 4])));
+        assert!("3".parse::<Pixel>().is_err() && "-1,2".parse::<Pixel>().is_err());
+        assert_eq!("-1.5".parse(), Ok(ExposureArg::Stops(-1.5)));
+        assert_eq!("auto".parse(), Ok(ExposureArg::Auto));
+        assert!("inf".parse::<ExposureArg>().is_err() && "NaN".parse::<ExposureArg>().is_err());
+    }
+
+    #[test]
+    fn numbers_are_written() {
+        assert_eq!([count(0), count(999), count(1000), count(1234567)], ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!([bytes(0), bytes(1023), bytes(1536), bytes(u64::MAX)], ["0 B", "1023 B", "1.5 KiB", "16.0 EiB"]);
+        let d = |s: f64| duration(Duration::from_secs_f64(s));
+        assert_eq!(
+            [d(0.42), d(9.96), d(59.4), d(200.0), d(7500.0)],
+            ["0.4 s", "10.0 s", "59 s", "3 min 20 s", "2 h 5 min"]
+        );
+        assert_eq!([counted(1, "light"), counted(2, "light")], ["1 light", "2 lights"]);
+    }
+}

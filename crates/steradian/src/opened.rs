@@ -1,0 +1,143 @@
+//! From a name on the command line to a scene: reads it, reports its problems, applies what the command line replaces.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use steradian_load::{Disk, Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
+use steradian_scene::{Scene, World};
+use steradian_syntax::Severity;
+
+use crate::args::PictureArgs;
+use crate::console::Console;
+use crate::failure::{Failure, reason};
+use crate::numbers;
+
+/// The scene that is rendered when none is named.
+pub(crate) const SHOWCASE: &str = include_str!("../showcase/showcase.pbrt");
+/// What messages call it.
+pub(crate) const SHOWCASE_NAME: &str = "showcase.pbrt (built in)";
+
+/// A scene with where it came from.
+pub(crate) struct Opened {
+    /// The scene, changed as the command line asked.
+    pub scene: Scene,
+    /// How the user would name it again.
+    pub name: String,
+    /// How long reading took.
+    pub time: Duration,
+}
+
+/// Reads a scene: a file, `-` for standard input, or the one that is built in.
+pub(crate) fn read(path: Option<&Path>, options: &LoadOptions) -> Result<LoadOutcome, Failure> {
+    match path {
+        None => {
+            let input = Input::Text { name: SHOWCASE_NAME, text: SHOWCASE, directory: Path::new("") };
+            Ok(load_pbrt(input, &Memory::new(), options))
+        }
+        Some(path) if path == Path::new("-") => {
+            let mut bytes = Vec::new();
+            let refused = |e: std::io::Error| Failure::Environment(format!("standard input: {}", reason(&e)));
+            std::io::stdin().lock().read_to_end(&mut bytes).map_err(refused)?;
+            let text = String::from_utf8(bytes).map_err(|e| {
+                let at = e.utf8_error().valid_up_to();
+                Failure::Input(format!("standard input: not UTF-8 text (byte {at} is not part of a character)"))
+            })?;
+            let input = Input::Text { name: "<stdin>", text: &text, directory: Path::new("") };
+            Ok(load_pbrt(input, &Disk, options))
+        }
+        Some(path) => Ok(load_pbrt(Input::File(path), &Disk, options)),
+    }
+}
+
+/// Reads a scene for rendering: prints its problems, fails if one is an error, applies `picture`.
+pub(crate) fn open(path: Option<&PathBuf>, picture: &PictureArgs, console: &Console) -> Result<Opened, Failure> {
+    let start = Instant::now();
+    let memory = machine_memory();
+    // A size on the command line replaces the scene's, however absurd that is.
+    let options = LoadOptions {
+        max_film_bytes: if picture.size.is_some() { u64::MAX } else { memory },
+        ..LoadOptions::default()
+    };
+    let outcome = read(path.map(PathBuf::as_path), &options)?;
+    report(&outcome, console);
+    let name = path.map_or(SHOWCASE_NAME.to_owned(), |p| p.display().to_string());
+    let Some(mut scene) = outcome.scene else { return Err(Failure::Reported) };
+    crate::overrides::apply(picture, &mut scene, console);
+    check_memory(&scene, memory)?;
+    Ok(Opened { scene, name, time: start.elapsed() })
+}
+
+/// Prints all problems; without errors, only a few of many warnings.
+fn report(outcome: &LoadOutcome, console: &Console) {
+    const MOST_WARNINGS: usize = 20;
+    let mut mild = 0;
+    for d in &outcome.diagnostics {
+        if d.severity != Severity::Error {
+            mild += 1;
+            if console.is_quiet() || mild > MOST_WARNINGS {
+                continue;
+            }
+        }
+        console.diagnostic(&d.render(&outcome.sources), false);
+    }
+    if mild > MOST_WARNINGS {
+        console.say(format_args!(
+            "... and {}; `steradian check` shows all",
+            numbers::counted((mild - MOST_WARNINGS) as u64, "more warning")
+        ));
+    }
+    let errors = outcome.errors();
+    if errors > 0 {
+        console.error(format_args!("the scene cannot be used: {}", numbers::counted(errors as u64, "error")));
+    }
+}
+
+/// Builds what rendering needs.
+pub(crate) fn build(scene: Scene) -> Result<World, Failure> {
+    World::build(scene).map_err(|e| Failure::Input(e.to_string()))
+}
+
+/// Refuses a film that cannot fit.
+fn check_memory(scene: &Scene, memory: u64) -> Result<(), Failure> {
+    let film = &scene.settings.film;
+    let need = film_bytes(film.size(), scene.settings.sampler.spp);
+    if need > memory {
+        let [w, h] = film.size();
+        return Err(Failure::Input(format!(
+            "a picture of {w} x {h} pixels would take {} of memory, and this machine has {}; choose a smaller --size or a --crop",
+            numbers::bytes(need),
+            numbers::bytes(memory)
+        )));
+    }
+    Ok(())
+}
+
+/// The memory that a film takes while it is rendered and written: one plane of sums for each binary digit of the sample
+/// count, twice (a pass that is interrupted is undone), and the picture, its variance and what is encoded from them.
+fn film_bytes(size: [u32; 2], spp: u32) -> u64 {
+    const SUM: u64 = 24;
+    const PICTURE: u64 = 60;
+    let planes = u64::from(32 - spp.leading_zeros());
+    (u64::from(size[0]) * u64::from(size[1])).saturating_mul(2 * SUM * planes + PICTURE)
+}
+
+/// The machine's memory, where the system says; otherwise a size that no picture needs by mistake.
+fn machine_memory() -> u64 {
+    let kib = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
+        text.lines().find_map(|l| l.strip_prefix("MemTotal:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok())
+    });
+    kib.map_or(64 << 30, |k| k.saturating_mul(1024))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_of_absurd_films_does_not_overflow() {
+        assert_eq!(film_bytes([u32::MAX, u32::MAX], u32::MAX), u64::MAX);
+        assert_eq!(film_bytes([1, 1], 1), 108);
+        assert!(machine_memory() > 1 << 20);
+    }
+}
