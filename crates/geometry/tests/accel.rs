@@ -32,7 +32,7 @@ fn meet_sphere(center: Point3, radius: f32, ray: &Ray) -> Option<f32> {
 }
 
 fn hole(id: u32, b1: f32, b2: f32) -> bool {
-    ((b1 * 7.0) as u32 + (b2 * 5.0) as u32 + id) % 2 == 0
+    ((b1 * 7.0) as u32 + (b2 * 5.0) as u32 + id).is_multiple_of(2)
 }
 
 fn brute_force(triangles: &[InputTriangle], spheres: &[(Point3, f32)], ray: &Ray) -> Option<AccelHit> {
