@@ -3,7 +3,7 @@
 use super::names::defined_twice;
 use super::params::{Inherited, Params};
 use super::state::{LIGHT, MATERIAL, MEDIUM, SHAPE, TARGETS, TEXTURE};
-use super::{Block, Loader};
+use super::{Block, Loader, MOST_BLOCKS};
 use std::rc::Rc;
 use steradian_math::{Point3, Transform, Vec3};
 use steradian_scene::{Instance, Medium, Object};
@@ -29,7 +29,10 @@ impl Loader<'_> {
             | Kind::TransformTimes => self.transform_directive(&d),
             Kind::AttributeBegin => self.begin(Block::Attribute, d.span),
             Kind::TransformBegin => {
-                self.warning("`TransformBegin` is deprecated and saves all attributes; write `AttributeBegin`", d.span);
+                self.warning_once(
+                    "`TransformBegin` is deprecated and saves all attributes; write `AttributeBegin`",
+                    d.span,
+                );
                 self.begin(Block::Transform, d.span);
             }
             Kind::AttributeEnd => self.end(Block::Attribute, d.span),
@@ -190,6 +193,12 @@ impl Loader<'_> {
     }
 
     fn begin(&mut self, block: Block, span: Span) {
+        if self.blocks.len() == MOST_BLOCKS && self.said.insert("blocks".into()) {
+            self.error(format!("blocks nest more than {MOST_BLOCKS} deep"), span);
+        }
+        if self.blocks.len() >= MOST_BLOCKS {
+            return;
+        }
         self.blocks.push((block, span, self.state.clone()));
     }
 

@@ -20,7 +20,7 @@ use materials::PendingMaterial;
 use names::Names;
 use settings::Declarations;
 use state::{State, Transforms};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use steradian_scene::{Handle, Material, Medium, Object, Scene};
@@ -96,6 +96,12 @@ pub fn load_pbrt(input: Input, files: &dyn FileAccess, options: &LoadOptions) ->
 /// A text of any size is fine, but no tower of small files that include each other many times over.
 const MOST_INCLUDES: usize = 100_000;
 
+/// Nobody reads more than this many reports, and each costs a pass over the text.
+const MOST_DIAGNOSTICS: usize = 500;
+
+/// Blocks this deep are a mistake or an attack; each keeps a copy of the state.
+const MOST_BLOCKS: usize = 10_000;
+
 /// What a block must be closed by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Block {
@@ -144,6 +150,8 @@ struct Loader<'a> {
     including: Vec<(PathBuf, FileId)>,
     included: BTreeMap<PathBuf, FileId>,
     includes: usize,
+    /// Warnings that were given and need no repetition.
+    said: BTreeSet<String>,
 }
 
 /// `SpectrumUse` as a key of an ordered map.
@@ -185,11 +193,19 @@ impl<'a> Loader<'a> {
             including: Vec::new(),
             included: BTreeMap::new(),
             includes: 0,
+            said: BTreeSet::new(),
         }
     }
 
     fn error(&mut self, message: impl Into<String>, span: Span) {
         self.diagnostics.push(Diagnostic::error(message, span));
+    }
+
+    /// A warning that is not repeated for every shape of a scene.
+    fn warning_once(&mut self, message: &str, span: Span) {
+        if self.said.insert(message.to_string()) {
+            self.warning(message, span);
+        }
     }
 
     fn warning(&mut self, message: impl Into<String>, span: Span) {
@@ -329,9 +345,17 @@ impl<'a> Loader<'a> {
             self.build_settings();
             self.finish_world();
         }
-        let mut seen = std::collections::BTreeSet::new();
-        self.diagnostics.retain(|d| seen.insert((d.span.map(|s| (s.file, s.start, s.end)), d.message.clone())));
         let failed = self.diagnostics.iter().any(|d| d.severity == Severity::Error);
+        let mut seen = BTreeSet::new();
+        let place = |d: &Diagnostic| d.span.map(|s| (s.file, s.start, s.end));
+        self.diagnostics.retain(|d| seen.insert((place(d), d.message.clone())));
+        if self.diagnostics.len() > MOST_DIAGNOSTICS {
+            // What stops the load comes first.
+            self.diagnostics.sort_by_key(|d| d.severity);
+            let rest = self.diagnostics.len() - MOST_DIAGNOSTICS;
+            self.diagnostics.truncate(MOST_DIAGNOSTICS);
+            self.diagnostics.push(Diagnostic::note(format!("{rest} more problems are not shown"), None));
+        }
         LoadOutcome { scene: (!failed).then_some(self.scene), sources: self.sources, diagnostics: self.diagnostics }
     }
 }

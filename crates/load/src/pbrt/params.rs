@@ -356,7 +356,7 @@ impl Params {
         for (_, t) in self.asked.iter().filter(|a| a.0 == p.name) {
             types.extend(t.iter().filter(|t| !types.contains(t)).copied().collect::<Vec<_>>());
         }
-        if types.contains(&p.ty) {
+        if self.own.iter().zip(&self.used).any(|(other, used)| *used && other.name == p.name) {
             let message = format!("parameter `{}` of {} is given twice, in different types", p.name, self.what);
             return Diagnostic::error(message, p.span);
         }

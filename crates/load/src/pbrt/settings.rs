@@ -35,7 +35,7 @@ pub(super) fn default_settings() -> RenderSettings {
         disable_wavelength_jitter: false,
         disable_texture_filtering: false,
         force_diffuse: false,
-            layered_as_pbrt: true,
+        layered_as_pbrt: true,
     }
 }
 

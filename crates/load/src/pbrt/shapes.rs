@@ -5,8 +5,8 @@ use super::params::Params;
 use crate::files::read_all;
 use crate::ply;
 use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh};
-use steradian_math::{Point3, Transform};
-use steradian_scene::{Instance, MediumInterface, Object, Primitive, Shape};
+use steradian_math::Transform;
+use steradian_scene::{FloatInput, Instance, MediumInterface, Object, Primitive, Shape};
 use steradian_syntax::{Diagnostic, Directive, Span};
 
 const TYPES: [&str; 8] =
@@ -27,8 +27,9 @@ impl Loader<'_> {
             "cylinder" => cylinder(p),
             "loopsubdiv" => self.subdivision(p),
             "curve" => {
-                p.warning("`curve` shapes are not supported yet; this one is left out", None);
+                let span = p.span;
                 p.accept_all();
+                self.warning_once("`curve` shapes are not supported yet; they are left out", span);
                 Vec::new()
             }
             _ => {
@@ -44,7 +45,7 @@ impl Loader<'_> {
     }
 
     /// Gives shapes the material, light, media and place of the graphics state.
-    fn place(&mut self, shapes: Vec<Shape>, alpha: Option<steradian_scene::FloatInput>, params: &mut Params) {
+    fn place(&mut self, shapes: Vec<Shape>, alpha: Option<FloatInput>, params: &mut Params) {
         let state = &self.state;
         let animated = state.is_animated();
         let mut light = state.area_light.clone();
@@ -118,22 +119,18 @@ impl Loader<'_> {
             indices,
             flip: false,
         };
-        self.push_triangles(p, mesh, 0)
+        self.push_triangles(p, mesh)
     }
 
-    /// Puts a mesh into the scene without the triangles that have no area; `left_out` were dropped before.
-    fn push_triangles(&mut self, p: &mut Params, mut mesh: TriangleMesh, left_out: usize) -> Vec<Shape> {
+    /// Puts a mesh into the scene without the triangles that have no area.
+    fn push_triangles(&mut self, p: &mut Params, mut mesh: TriangleMesh) -> Vec<Shape> {
         let before = mesh.indices.len();
         let at = |i: u32| mesh.positions[i as usize];
         mesh.indices.retain(|&[a, b, c]| !ply::flat(at(a), at(b), at(c)));
-        let dropped = left_out + before - mesh.indices.len();
+        let dropped = before - mesh.indices.len();
         if dropped > 0 {
-            let faces = if dropped == 1 { "1 face has".to_string() } else { format!("{dropped} faces have") };
-            p.warning(
-                format!("{}: {faces} no area and are left out", p.what())
-                    .replace("1 face has no area and are", "1 face has no area and is"),
-                None,
-            );
+            let what = if dropped == 1 { "face has no area and is" } else { "faces have no area and are" };
+            p.diagnostics.push(Diagnostic::note(format!("{}: {dropped} {what} left out", p.what()), p.span));
         }
         if mesh.indices.is_empty() {
             return Vec::new();
@@ -190,38 +187,16 @@ impl Loader<'_> {
             }
         };
         self.report_ply(&mesh, &name, span);
+        let ply::PlyMesh { positions, normals, uvs, triangles, quads, .. } = mesh;
         let mut shapes = Vec::new();
-        if !mesh.quads.is_empty() {
-            let (positions, normals, uvs) = if mesh.triangles.is_empty() {
-                (mesh.positions, mesh.normals, mesh.uvs)
-            } else {
-                let quads = BilinearMesh {
-                    positions: mesh.positions.clone(),
-                    normals: mesh.normals.clone(),
-                    uvs: mesh.uvs.clone(),
-                    indices: mesh.quads,
-                    flip: false,
-                };
-                shapes.push(Shape::Bilinear(self.scene.bilinear_meshes.push(quads)));
-                return self.with_ply_triangles(shapes, mesh.positions, mesh.normals, mesh.uvs, mesh.triangles);
-            };
-            let quads = BilinearMesh { positions, normals, uvs, indices: mesh.quads, flip: false };
-            shapes.push(Shape::Bilinear(self.scene.bilinear_meshes.push(quads)));
-            return shapes;
+        if !quads.is_empty() {
+            // Shared vertices are kept twice where a file mixes both kinds of faces, which is rare.
+            let (positions, normals, uvs) = (positions.clone(), normals.clone(), uvs.clone());
+            let mesh = BilinearMesh { positions, normals, uvs, indices: quads, flip: false };
+            shapes.push(Shape::Bilinear(self.scene.bilinear_meshes.push(mesh)));
         }
-        self.with_ply_triangles(shapes, mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    }
-
-    fn with_ply_triangles(
-        &mut self,
-        mut shapes: Vec<Shape>,
-        positions: Vec<Point3>,
-        normals: Vec<steradian_math::Normal3>,
-        uvs: Vec<steradian_math::Point2>,
-        indices: Vec<[u32; 3]>,
-    ) -> Vec<Shape> {
-        if !indices.is_empty() {
-            let mesh = TriangleMesh { positions, normals, tangents: Vec::new(), uvs, indices, flip: false };
+        if !triangles.is_empty() {
+            let mesh = TriangleMesh { positions, normals, tangents: Vec::new(), uvs, indices: triangles, flip: false };
             shapes.push(Shape::Triangles(self.scene.triangle_meshes.push(mesh)));
         }
         shapes
@@ -231,7 +206,7 @@ impl Loader<'_> {
         let mut report = |count: usize, one: &str, many: &str| {
             if count > 0 {
                 let what = if count == 1 { one.to_string() } else { format!("{count} {many}") };
-                self.diagnostics.push(Diagnostic::warning(format!("{name}: {what}"), span));
+                self.diagnostics.push(Diagnostic::note(format!("{name}: {what}"), span));
             }
         };
         report(mesh.degenerate, "1 face has no area and is left out", "faces have no area and are left out");
@@ -265,7 +240,7 @@ impl Loader<'_> {
         }
         let indices = mesh_indices::<3>(p, indices, positions.len());
         p.warning("`loopsubdiv` is not supported yet; its control mesh is used instead", None);
-        self.push_triangles(p, TriangleMesh { positions, indices, ..TriangleMesh::default() }, 0)
+        self.push_triangles(p, TriangleMesh { positions, indices, ..TriangleMesh::default() })
     }
 }
 
