@@ -246,6 +246,8 @@ fn geometry() {
         world("Shape \"sphere\" \"float radius\" 0"),
         ["error: Shape \"sphere\" has no surface: a radius, height or angle makes no sense"]
     );
+    let twice = "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2 0 1 2]";
+    assert!(world(twice)[0].starts_with("error: Shape \"loopsubdiv\": "), "{:?}", world(twice));
     assert_eq!(world("Scale 1 0 1"), ["error: `Scale` by zero cannot be undone"]);
     assert_eq!(world("Rotate 5 0 0 0"), ["error: `Rotate` needs an axis that is not zero"]);
     assert_eq!(world("Transform [1 0 0 0 0 1 0 0 0 0 0 0 0 0 0 1]"), ["error: this matrix has no inverse"]);

@@ -224,6 +224,16 @@ fn meshes_keep_their_data() {
 }
 
 #[test]
+fn subdivision_surfaces_become_meshes() {
+    let s = load(
+        "WorldBegin Shape \"loopsubdiv\" \"integer levels\" 2 \"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] \
+         \"integer indices\" [0 2 1 0 1 3 0 3 2 1 2 3]",
+    );
+    let m = mesh(&s, &s.primitives[0]);
+    assert_eq!((m.indices.len(), m.normals.len()), (4 * 16, m.positions.len()));
+}
+
+#[test]
 fn materials_are_read_with_their_defaults() {
     let s = load(
         "WorldBegin Texture \"r\" \"float\" \"constant\" \"float value\" .3\n\

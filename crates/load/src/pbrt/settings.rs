@@ -46,8 +46,6 @@ fn gaussian() -> Filter {
 /// The least that a film needs for each pixel: sums of three colours, weights and moments.
 const FILM_BYTES_PER_PIXEL: u64 = 32;
 
-/// The largest resolution along one axis, as image files and samplers can number it.
-const MOST_PIXELS: i32 = i32::MAX;
 
 impl Loader<'_> {
     /// Notes a camera, film, filter, sampler or integrator. The last of several counts.
@@ -213,7 +211,7 @@ impl Loader<'_> {
             let span = if x < 1 { p.span_of("xresolution") } else { p.span_of("yresolution") };
             p.error(format!("the film has no pixels: its resolution is {x} x {y}"), span);
         } else {
-            film.resolution = [x.min(MOST_PIXELS) as u32, y.min(MOST_PIXELS) as u32];
+            film.resolution = [x as u32, y as u32];
             film.pixel_bounds = pixel_bounds(p, &film, bounds, crop);
             let [w, h] = film.size().map(u64::from);
             let need = w.saturating_mul(h).saturating_mul(FILM_BYTES_PER_PIXEL);

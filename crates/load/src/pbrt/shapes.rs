@@ -4,7 +4,7 @@ use super::Loader;
 use super::params::Params;
 use crate::files::read_all;
 use crate::ply;
-use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh};
+use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh, loop_subdivide};
 use steradian_math::Transform;
 use steradian_scene::{FloatInput, Instance, MediumInterface, Object, Primitive, Shape};
 use steradian_syntax::{Diagnostic, Directive, Span};
@@ -226,7 +226,7 @@ impl Loader<'_> {
     }
 
     fn subdivision(&mut self, p: &mut Params) -> Vec<Shape> {
-        p.int_in("levels", 3, 0..=16);
+        let levels = p.int_in("levels", 3, 0..=16) as u32;
         p.string("scheme");
         let Some((positions, _)) = p.take_points("P") else {
             p.take_ints("indices");
@@ -239,8 +239,16 @@ impl Loader<'_> {
             return Vec::new();
         }
         let indices = mesh_indices::<3>(p, indices, positions.len());
-        p.warning("`loopsubdiv` is not supported yet; its control mesh is used instead", None);
-        self.push_triangles(p, TriangleMesh { positions, indices, ..TriangleMesh::default() })
+        if indices.is_empty() {
+            return Vec::new();
+        }
+        match loop_subdivide(&positions, &indices, levels) {
+            Ok(mesh) => self.push_triangles(p, mesh),
+            Err(e) => {
+                p.error(format!("{}: {e}", p.what()), None);
+                Vec::new()
+            }
+        }
     }
 }
 
