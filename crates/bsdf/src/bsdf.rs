@@ -13,7 +13,6 @@ use steradian_spectrum::Lanes;
 /// What a surface does to light. The methods are those of [`Lobe`], whose contract they obey.
 #[derive(Clone, Copy, Debug)]
 #[expect(missing_docs, reason = "each variant is documented at its type")]
-#[expect(clippy::large_enum_variant, reason = "lives on the stack of one path vertex; a box would allocate")]
 pub enum Bsdf {
     Diffuse(Diffuse),
     Conductor(Conductor),

@@ -62,6 +62,16 @@ impl Lobe for Conductor {
     }
 
     #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> (Lanes, f32) {
+        let Some(wm) = self.half_vector(wo, wi) else { return (Lanes::ZERO, 0.0) };
+        let d = &self.distribution;
+        // f cos = D G F / (4 cos_o)
+        let common = d.normals(wm) / (4.0 * wo.z.abs());
+        let fresnel = fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k);
+        (fresnel * (common * d.masking_shadowing(wo, wi)), common * d.masking(wo))
+    }
+
+    #[inline]
     fn sample_part(&self, wo: Vec3, _: f32, u: [f32; 2], _mode: TransportMode, part: Part) -> Option<LobeSample> {
         if part == Part::Transmission || wo.z == 0.0 {
             return None;

@@ -115,6 +115,22 @@ fn radiance_factor(eta: f32, mode: TransportMode) -> f32 {
     }
 }
 
+impl Dielectric {
+    /// The scattering function, for a facet that is known.
+    #[inline]
+    fn facet_value(&self, wo: Vec3, wi: Vec3, facet: &Facet, mode: TransportMode) -> f32 {
+        let wm = facet.wm;
+        let dg = self.distribution.normals(wm) * self.distribution.masking_shadowing(wo, wi);
+        if facet.reflects {
+            facet.reflectance * dg / (4.0 * wo.z * wi.z)
+        } else {
+            let (i, o) = (wi.dot(wm), wo.dot(wm));
+            let jacobian = (i * o / (wi.z * wo.z * sqr(i + o / facet.eta))).abs();
+            (1.0 - facet.reflectance) * dg * jacobian * radiance_factor(facet.eta, mode)
+        }
+    }
+}
+
 impl Lobe for Dielectric {
     #[inline]
     fn flags(&self) -> Lobes {
@@ -124,17 +140,18 @@ impl Lobe for Dielectric {
 
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Lanes {
-        let Some(facet) = self.facet(wo, wi) else { return Lanes::ZERO };
-        let wm = facet.wm;
-        let dg = self.distribution.normals(wm) * self.distribution.masking_shadowing(wo, wi);
-        let value = if facet.reflects {
-            facet.reflectance * dg / (4.0 * wo.z * wi.z)
-        } else {
-            let (i, o) = (wi.dot(wm), wo.dot(wm));
-            let jacobian = (i * o / (wi.z * wo.z * sqr(i + o / facet.eta))).abs();
-            (1.0 - facet.reflectance) * dg * jacobian * radiance_factor(facet.eta, mode)
-        };
-        Lanes::splat(value)
+        match self.facet(wo, wi) {
+            Some(facet) => Lanes::splat(self.facet_value(wo, wi, &facet, mode)),
+            None => Lanes::ZERO,
+        }
+    }
+
+    #[inline]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (Lanes, f32) {
+        let Some(facet) = self.facet(wo, wi) else { return (Lanes::ZERO, 0.0) };
+        let side = if facet.reflects { facet.reflectance } else { 1.0 - facet.reflectance };
+        let pdf = side * self.facet_pdf(wo, wi, facet.wm, facet.reflects, facet.eta);
+        (Lanes::splat(self.facet_value(wo, wi, &facet, mode) * wi.z.abs()), pdf)
     }
 
     #[inline]

@@ -2,6 +2,18 @@
 //!
 //! The shading normal is `+z`, so `cos_theta(w) = w.z`. `wo` points to the viewer, `wi` is the sampled direction; both
 //! point away from the surface and have unit length. The contract stands at [`Lobe`]; [`Bsdf`] is the closed set.
+//!
+//! ```
+//! use steradian_bsdf::{Bsdf, Dielectric, Lobe, TransportMode, TrowbridgeReitz};
+//! use steradian_math::Vec3;
+//!
+//! let glass: Bsdf = Dielectric::new(1.5, TrowbridgeReitz::smooth()).into();
+//! let wo = Vec3::new(0.0, 0.0, 1.0);
+//! // Four percent are reflected, so this number refracts.
+//! let sample = glass.sample(wo, 0.5, [0.5, 0.5], TransportMode::Radiance).unwrap();
+//! assert!(sample.flags.is_transmissive() && sample.flags.is_specular());
+//! assert_eq!(sample.eta, 1.5);
+//! ```
 
 mod albedo;
 mod bsdf;

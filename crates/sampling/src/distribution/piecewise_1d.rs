@@ -38,7 +38,7 @@ pub struct Piecewise1D {
 impl Piecewise1D {
     /// `None` if there is no value, one is negative or not finite, or the interval is empty.
     pub fn new(values: &[f32], min: f32, max: f32) -> Option<Self> {
-        if !is_density(values) || !(max > min) || !(max - min).is_finite() {
+        if !is_density(values) || max <= min || !(max - min).is_finite() {
             return None;
         }
         let mut cdf = vec![0.0; values.len() + 1];

@@ -71,7 +71,7 @@ impl WindowedPiecewise2D {
     /// `None` if the values vanish in the window.
     pub fn sample(&self, u: [f32; 2], min: [f32; 2], max: [f32; 2]) -> Option<([f32; 2], f32)> {
         let total = self.table.integral(min, max);
-        if !(total > 0.0) {
+        if total <= 0.0 {
             return None;
         }
         let x = invert_monotone(f64::from(u[0]) * total, min[0], max[0], self.table.nx, |x| {
@@ -83,7 +83,7 @@ impl WindowedPiecewise2D {
         let (c0, c1) = (column / nx, (column + 1.0) / nx);
         let slice = |y: f32| self.table.integral([c0, min[1]], [c1, y]);
         let column_total = slice(max[1]);
-        if !(column_total > 0.0) {
+        if column_total <= 0.0 {
             return None;
         }
         let y = invert_monotone(f64::from(u[1]) * column_total, min[1], max[1], self.table.ny, slice);

@@ -58,7 +58,7 @@ impl StratifiedSampler {
 fn squarest_grid(count: u32) -> [u32; 2] {
     let count = count.max(1);
     let mut ny = (f64::from(count)).sqrt() as u32;
-    while ny > 1 && count % ny != 0 {
+    while ny > 1 && !count.is_multiple_of(ny) {
         ny -= 1;
     }
     let ny = ny.max(1);

@@ -45,7 +45,7 @@ impl ZSobolSampler {
             let shift = 2 * i - odd;
             let digit = (self.morton >> shift) & 3;
             let hash = mix_bits(self.morton >> (shift + 2) ^ key);
-            index |= permute_base_4(digit, (hash >> 24) as u32 % 24) << shift;
+            index |= permute_base_4(digit, (hash >> 24) as u32) << shift;
         }
         if odd == 1 {
             // An odd power of two leaves one binary digit at the end.
@@ -55,25 +55,27 @@ impl ZSobolSampler {
     }
 }
 
+/// The 24 permutations of four elements, two bits each, the image of 0 lowest.
+const PERMUTATIONS: [u8; 24] = permutations_of_four();
+
+const fn permutations_of_four() -> [u8; 24] {
+    let mut table = [0; 24];
+    let (mut count, mut code) = (0, 0u16);
+    while code < 256 {
+        let images = (1 << (code & 3)) | (1 << (code >> 2 & 3)) | (1 << (code >> 4 & 3)) | (1 << (code >> 6 & 3));
+        if images == 0b1111 {
+            table[count] = code as u8;
+            count += 1;
+        }
+        code += 1;
+    }
+    table
+}
+
 /// Applies permutation number `which` of 24 to a base-4 digit.
 #[inline(always)]
 fn permute_base_4(digit: u64, which: u32) -> u64 {
-    // The factorial number system: remove the first, second, ... element from the list 0 1 2 3, kept in nibbles.
-    let mut list = 0x3210u32;
-    let mut rest = which;
-    let mut taken = 0;
-    for radix in [4u32, 3, 2, 1] {
-        let at = 4 * (rest % radix);
-        rest /= radix;
-        let element = (list >> at) & 0xf;
-        if taken == digit {
-            return u64::from(element);
-        }
-        let below = list & ((1 << at) - 1);
-        list = below | ((list >> at >> 4) << at);
-        taken += 1;
-    }
-    digit
+    u64::from(PERMUTATIONS[which as usize % 24] >> (2 * digit) & 3)
 }
 
 /// Interleaves the bits of `x` (even places) and `y` (odd places).

@@ -19,7 +19,7 @@ const fn first_primes() -> [u16; HALTON_DIMENSIONS] {
         let mut i = 0;
         let mut prime = true;
         while (primes[i] as u32) * (primes[i] as u32) <= candidate as u32 {
-            if candidate % primes[i] == 0 {
+            if candidate.is_multiple_of(primes[i]) {
                 prime = false;
                 break;
             }

@@ -22,7 +22,7 @@ pub fn normal_quantile(p: f64) -> f64 {
         // The upper tail has no room for small numbers next to one; the lower one has.
         return -normal_quantile(1.0 - p);
     }
-    if !(p > 0.0) {
+    if p <= 0.0 || p.is_nan() {
         return if p == 0.0 { f64::NEG_INFINITY } else { f64::NAN };
     }
     // Abramowitz and Stegun 26.2.23 to start, then Newton in the logarithm, which converges in the tails as well.
@@ -54,7 +54,7 @@ pub fn student_t_quantile(p: f64, freedom: f64) -> f64 {
     if p > 0.5 {
         return -student_t_quantile(1.0 - p, freedom);
     }
-    if !(p > 0.0) {
+    if p <= 0.0 || p.is_nan() {
         return if p == 0.0 { f64::NEG_INFINITY } else { f64::NAN };
     }
     let mut low = -1.0;

@@ -94,7 +94,7 @@ pub fn linear_regression(points: &[(f64, f64)]) -> Option<Regression> {
     let mean_y = points.iter().map(|p| p.1).sum::<f64>() / n;
     let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|p| f(p.0 - mean_x, p.1 - mean_y)).sum::<f64>();
     let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
-    if !(xx > 0.0) {
+    if xx <= 0.0 || xx.is_nan() {
         return None;
     }
     let slope = xy / xx;

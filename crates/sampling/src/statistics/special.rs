@@ -2,7 +2,7 @@
 
 /// Logarithm of the gamma function of positive `x`: Stirling's series after shifting `x` beyond ten, to about 1e-14.
 pub fn ln_gamma(x: f64) -> f64 {
-    if !(x > 0.0) {
+    if x <= 0.0 {
         return f64::NAN;
     }
     let (mut x, mut shift) = (x, 1.0);
@@ -26,7 +26,7 @@ pub(super) fn gamma_upper_regularized(a: f64, x: f64) -> f64 {
 }
 
 fn lower_series(a: f64, x: f64) -> f64 {
-    if !(x > 0.0) {
+    if x <= 0.0 || x.is_nan() {
         return 0.0;
     }
     let (mut term, mut sum) = (1.0 / a, 1.0 / a);
@@ -70,7 +70,7 @@ pub fn erfc(x: f64) -> f64 {
 
 /// Regularised incomplete beta function `I_x(a, b)` for positive `a`, `b` and `x` in `[0, 1]`.
 pub fn beta_regularized(x: f64, a: f64, b: f64) -> f64 {
-    if !(x > 0.0) {
+    if x <= 0.0 || x.is_nan() {
         return 0.0;
     }
     if x >= 1.0 {
