@@ -33,10 +33,13 @@ fn scene(path: &Path, console: &Console) -> Result<u8, Failure> {
     }
     let texts = outcome.sources.iter().count();
     let Some(scene) = outcome.scene else { return Err(Failure::Reported) };
-    // Meshes are put in their places by building, and only then is it known what is seen where.
+    let objects = scene.objects.iter().flat_map(|o| &o.primitives);
+    let shapes = tally(scene.primitives.iter().chain(objects).map(|p| shape_name(&p.shape)));
+    // Building takes the shapes out of the scene and puts them in their places; only then is it known what is seen where.
     let world = opened::build(scene)?;
     console.heading(path.display());
     row(console, "files", counted(texts as u64, "text"));
+    row(console, "shapes", shapes);
     contents(&world, console);
     how(world.scene(), console);
     let b = world.bounds();
@@ -56,9 +59,6 @@ fn scene(path: &Path, console: &Console) -> Result<u8, Failure> {
 
 fn contents(world: &World, console: &Console) {
     let (scene, census) = (world.scene(), world.census());
-    let objects = scene.objects.iter().flat_map(|o| &o.primitives);
-    let shapes = scene.primitives.iter().chain(objects).map(|p| shape_name(&p.shape));
-    row(console, "shapes", tally(shapes));
     let mut triangles = count(census.triangles as u64);
     if census.instanced_triangles != census.triangles {
         triangles += &format!(", {} with instances", count(census.instanced_triangles as u64));
@@ -93,8 +93,6 @@ fn shape_name(shape: &Shape) -> &'static str {
         Shape::Sphere(_) => "sphere",
         Shape::Disk(_) => "disk",
         Shape::Cylinder(_) => "cylinder",
-        #[allow(unreachable_patterns)]
-        _ => "curve",
     }
 }
 
