@@ -35,7 +35,7 @@ impl Loader<'_> {
         let given = self.spectrum(p, "L", SpectrumUse::Illuminant);
         let mut scale = p.float("scale", 1.0);
         let two_sided = p.boolean("twosided", false);
-        let mut power = Some(p.float("power", -1.0)).filter(|&phi| phi > 0.0);
+        let power = Some(p.float("power", -1.0)).filter(|&phi| phi > 0.0);
         let image = match p.string("filename") {
             Some((name, span)) => {
                 if given.is_some() {
@@ -47,10 +47,6 @@ impl Loader<'_> {
         };
         let radiance = given.unwrap_or_else(|| white(space));
         scale /= positive_photometric(p, "L", &radiance)?;
-        if let (Some(phi), Some(image)) = (power, image) {
-            let mean = self.mean_luminance(image);
-            power = (mean > 0.0).then(|| phi / mean);
-        }
         Some(AreaLight { radiance, scale, two_sided, power, image })
     }
 
@@ -184,19 +180,6 @@ impl Loader<'_> {
             }
         }
         Some(Light::ImageInfinite { world_from_light: *ctm, image, mapping, scale })
-    }
-
-    /// The mean luminance of a picture.
-    fn mean_luminance(&self, image: Handle<TextureImage>) -> f32 {
-        let image = &self.scene.images[image];
-        let y_row = image.color_space.xyz_from_rgb().0[1];
-        let (w, h) = (image.texels.width(), image.texels.height());
-        let mut sum = 0.0f64;
-        for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
-            let rgb = texel_rgb(&image.texels, x, y);
-            sum += f64::from(y_row[0] * rgb[0] + y_row[1] * rgb[1] + y_row[2] * rgb[2]);
-        }
-        (sum / (w * h) as f64) as f32
     }
 
     /// What an environment map sends onto a surface that faces +z of light space: the integral of luminance times cosine.

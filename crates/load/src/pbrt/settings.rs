@@ -46,7 +46,6 @@ fn gaussian() -> Filter {
 /// The least that a film needs for each pixel: sums of three colours, weights and moments.
 const FILM_BYTES_PER_PIXEL: u64 = 32;
 
-
 impl Loader<'_> {
     /// Notes a camera, film, filter, sampler or integrator. The last of several counts.
     pub(super) fn declare(&mut self, mut d: Directive) {
