@@ -80,6 +80,10 @@ impl BilinearPatch {
         if a.abs() < 1e-14 * (b.abs() + c.abs()) {
             a = 0.0;
         }
+        // A ray that starts on the patch meets it at zero, give or take what double precision leaves of the coordinates.
+        let extent = |v: Triple| v.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let size = [p00, p10, p01, p11, o].into_iter().map(extent).fold(0.0, f64::max);
+        let t_min = 1e-12 * size / dot(d, d).sqrt();
         let mut best: Option<BilinearHit> = None;
         for u in roots(a, b, c)? {
             if !(0.0..=1.0).contains(&u) {
@@ -93,7 +97,7 @@ impl BilinearPatch {
             let (v, t) = (dot(cross(to_start, d), perp) / p2, dot(cross(to_start, along), perp) / p2);
             // Written so that a ray along the line (0 / 0) misses.
             if (0.0..=1.0).contains(&v)
-                && t > 0.0
+                && t > t_min
                 && (t as f32) <= best.map_or(ray.t_max, |b| b.t)
                 && t < f64::from(f32::MAX)
             {
