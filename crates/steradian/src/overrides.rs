@@ -112,6 +112,8 @@ pub(crate) fn sampler_name(kind: SamplerKind) -> &'static str {
 pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {
         IntegratorKind::Path => "path",
+        IntegratorKind::Whitted(_) => "whitted",
+        IntegratorKind::Distribution(_) => "distribution",
         IntegratorKind::Normals => "normals",
         IntegratorKind::Albedo => "albedo",
         IntegratorKind::Depth => "depth",
