@@ -6,8 +6,10 @@
 mod bounds;
 mod emitter;
 mod environment;
+mod point;
 
 pub use emitter::{Emitter, EmitterShape};
+pub use point::LightPoint;
 
 use super::texture::rgb_lanes;
 use super::{Surface, World};
@@ -75,6 +77,8 @@ pub struct Lights {
     /// Infinite and distant lights: those without a place in the tree.
     placeless: Vec<u32>,
     selection: Selection,
+    /// One point for each lamp, for algorithms that know points only.
+    points: Vec<LightPoint>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -111,7 +115,9 @@ impl Lights {
             .collect();
         let first = emitters.len() as u32;
         let infinite = (0..far.len()).filter(|&i| !matches!(far[i], Far::Delta(_))).map(|i| first + i as u32).collect();
-        let mut lights = Self { emitters, far, infinite, placeless: Vec::new(), selection: Selection::None };
+        let mut lights =
+            Self { emitters, far, infinite, placeless: Vec::new(), selection: Selection::None, points: Vec::new() };
+        lights.points = lights.light_points(world);
         lights.placeless = (0..lights.far.len())
             .filter(|&i| !matches!(lights.far[i], Far::Delta(Light::Point { .. } | Light::Spot { .. })))
             .map(|i| first + i as u32)
@@ -281,8 +287,31 @@ impl World {
     /// `None` when the sample carries no light. Visibility is not tested.
     #[inline]
     pub fn sample_light(&self, context: &LightContext, u: f32, u2: [f32; 2], w: &Wavelengths) -> Option<LightSample> {
+        let (light, probability) = self.pick_light(&context.reference, u)?;
+        self.sample_picked(context, light, probability, u2, w)
+    }
+
+    /// Samples one light: as [`World::sample_light`], for a caller that goes through the lights by number.
+    pub fn sample_one_light(
+        &self,
+        context: &LightContext,
+        light: u32,
+        u2: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<LightSample> {
+        self.sample_picked(context, light, 1.0, u2, w)
+    }
+
+    #[inline(always)]
+    fn sample_picked(
+        &self,
+        context: &LightContext,
+        light: u32,
+        probability: f32,
+        u2: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<LightSample> {
         let from = &context.reference;
-        let (light, probability) = self.pick_light(from, u)?;
         if let Some(emitter) = self.lights.emitters.get(light as usize) {
             let s = self.sample_emitter(&emitter.shape, from, u2)?;
             let d = s.p - from.p;
@@ -401,16 +430,26 @@ impl World {
             None => light.radiance.eval(w) * scale,
             Some(image) => {
                 let image = &self.scene.images[image];
-                let rgb = nearest_texel(&image.texels, uv).map(|v| v.max(0.0));
+                let rgb = bilinear_texel(&image.texels, uv).map(|v| v.max(0.0));
                 rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * scale
             }
         }
     }
 }
 
-/// The texel under `uv`, v pointing up; the edge beyond the picture.
-fn nearest_texel(t: &steradian_image::Texels, uv: Point2) -> [f32; 3] {
-    let cell = |u: f32, n: usize| ((u.clamp(0.0, 1.0) * n as f32) as usize).min(n - 1);
-    let (x, y) = (cell(uv.x, t.width()), cell(1.0 - uv.y, t.height()));
-    if t.channels() < 3 { [t.texel(x, y, 0); 3] } else { std::array::from_fn(|c| t.texel(x, y, c)) }
+/// The picture at `uv`, v pointing up, interpolated between texels; the edge goes on beyond it.
+fn bilinear_texel(t: &steradian_image::Texels, uv: Point2) -> [f32; 3] {
+    let split = |u: f32, n: usize| {
+        let x = u * n as f32 - 0.5;
+        let x0 = x.floor();
+        let cell = |x: f32| x.clamp(0.0, (n - 1) as f32) as usize;
+        (cell(x0), cell(x0 + 1.0), x - x0)
+    };
+    let (x0, x1, fx) = split(uv.x, t.width());
+    let (y0, y1, fy) = split(1.0 - uv.y, t.height());
+    std::array::from_fn(|c| {
+        let c = if t.channels() < 3 { 0 } else { c };
+        let row = |y| (1.0 - fx) * t.texel(x0, y, c) + fx * t.texel(x1, y, c);
+        (1.0 - fy) * row(y0) + fy * row(y1)
+    })
 }
