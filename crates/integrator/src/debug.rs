@@ -1,8 +1,8 @@
 //! Views that show what a ray sees instead of light: normals, albedo, depth, coordinates, openness.
 
+use crate::numbers::{Domain, Numbers};
 use crate::record::{RayKind, Record};
 use steradian_math::{Frame, INV_2PI, INV_PI, Vec3};
-use steradian_sampling::Sampler;
 use steradian_sampling::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use steradian_scene::{CameraRay, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -58,12 +58,12 @@ pub struct AmbientOcclusion {
 
 impl AmbientOcclusion {
     /// `1 / pi` times the cosine-weighted visibility, times the light that fills the scene.
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         camera_ray: &CameraRay,
         w: &Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         record.ray(RayKind::Camera);
@@ -71,7 +71,7 @@ impl AmbientOcclusion {
         let Some(hit) = world.intersect(ray) else { return Lanes::ZERO };
         let surface = world.surface(ray, &hit);
         let n = surface.n.face_forward(-ray.d);
-        let u = sampler.next_2d();
+        let u = numbers.two(Domain::Lobe);
         let (wi, pdf): (Vec3, f32) = if self.cosine {
             let wi = square_to_cosine_hemisphere(u);
             (wi, wi.z * INV_PI)

@@ -3,10 +3,10 @@
 //! `L(o, d) = sum over paths of emission * product of (lobe cos / pdf)`: one random choice for everything at each bounce.
 //! Direct light is estimated twice, by sampling a light and by sampling the lobe, and joined with the power heuristic.
 
+use crate::numbers::{Domain, Numbers};
 use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
 use steradian_math::Ray;
-use steradian_sampling::Sampler;
 use steradian_sampling::mis::power_weight;
 use steradian_scene::{CameraRay, LightContext, Shading, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -22,12 +22,12 @@ pub struct Path {
 
 impl Path {
     /// The radiance that arrives along a camera ray.
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         camera_ray: &CameraRay,
         wavelengths: &mut Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         let mut ray = camera_ray.ray;
@@ -115,7 +115,7 @@ impl Path {
             // Sample a light.
             let wo = frame.to_local(-ray.d);
             let context = LightContext::of_surface(&surface, &frame);
-            let (u_light, u_point) = (sampler.next_1d(), sampler.next_2d());
+            let (u_light, u_point) = (numbers.one(Domain::Light), numbers.two(Domain::Light));
             if bsdf.flags().is_non_specular() {
                 if let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths) {
                     let wi = frame.to_local(sample.wi);
@@ -148,7 +148,7 @@ impl Path {
             }
 
             // Sample the lobe for the next direction.
-            let (u_lobe, u_direction) = (sampler.next_1d(), sampler.next_2d());
+            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             beta *= sample.weight;
             let specular = sample.flags.contains(Lobes::SPECULAR);
@@ -166,7 +166,7 @@ impl Path {
             record.ray(RayKind::Scattered);
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
-            let u_roulette = sampler.next_1d();
+            let u_roulette = numbers.one(Domain::Other);
             let survival = if depth > 1 { (beta * eta_scale).max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
                 record.bounce(Bounce {

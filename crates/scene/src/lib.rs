@@ -9,6 +9,7 @@ mod medium;
 mod scene;
 mod settings;
 mod shape;
+mod technique;
 mod texture;
 mod world;
 
@@ -21,8 +22,12 @@ pub use medium::Medium;
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
 pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
+pub use technique::{
+    ABSURD_RAYS, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError, Stratification,
+    Stratify, Techniques, Whitted,
+};
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
-    CameraModel, CameraRay, CameraSample, Census, DIFFERENTIAL_SCALE, Footprint, Hit, LightContext, LightSample,
-    Shading, Surface, TextureContext, World,
+    CameraModel, CameraRay, CameraSample, Census, DIFFERENTIAL_SCALE, Footprint, Hit, LightContext, LightPoint,
+    LightSample, Shading, Surface, TextureContext, World,
 };

@@ -10,7 +10,7 @@ mod surface;
 mod texture;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
-pub use light::{LightContext, LightSample};
+pub use light::{LightContext, LightPoint, LightSample};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
