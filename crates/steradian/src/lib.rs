@@ -28,7 +28,7 @@ use failure::Failure;
 
 pub use face::{LoadError, RenderError, load, load_text, render};
 pub use steradian_image::Image;
-pub use steradian_scene::{RenderSettings, Scene};
+pub use steradian_scene::{FilmSettings, RenderSettings, Scene};
 
 /// The code in the README is compiled and run like any other example.
 #[cfg(doctest)]
