@@ -159,8 +159,8 @@ fn check_rust(name: &str, text: &str, findings: &mut Findings) {
                 say(i + 1, format!("{a}{b} has no place here"));
             }
         }
-        let begins = |w: &&str| code.contains(&format!("unsa{} {w}", "fe"));
-        if !exempt && ["fn", "impl", "{", "extern", "trait"].iter().any(|w| begins(&w)) {
+        let begins = |w: &str| code.contains(&format!("unsa{} {w}", "fe"));
+        if !exempt && ["fn", "impl", "{", "extern", "trait"].iter().any(|w| begins(w)) {
             say(i + 1, "unsafe code outside the modules that may hold it".into());
         }
     }
