@@ -15,7 +15,9 @@ pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use film::{Film, TILE_SIZE, Tile};
-pub use renderer::{ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, run};
+pub use renderer::{
+    ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted, run,
+};
 pub use sample::{PixelSampler, Sampled};
 pub use schedule::Schedule;
 pub use share::{Part, Share, join};

@@ -12,7 +12,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use steradian_integrator::record::RayCounts;
+use steradian_integrator::record::{Count, Counters, RayCounts};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
 
@@ -169,10 +169,25 @@ impl Rendered {
 
 /// Renders the world's film. The image depends on nothing in `plan` but `spp`.
 pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
+    plain::<RayCounts>(world, plan, observer, cancel).0
+}
+
+/// As [`render`], counting intersection tests and path lengths as well; slower, and the image is the same. The counts
+/// are those of what was traced, an abandoned pass included.
+pub fn render_counted(
+    world: &World,
+    plan: &Plan,
+    observer: &dyn Observer,
+    cancel: &AtomicBool,
+) -> (Rendered, Counters) {
+    plain(world, plan, observer, cancel)
+}
+
+fn plain<C: Count>(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let identity = Identity::new();
     let label = Label { identity: &identity, note: &[] };
     let task = Task { world, plan: plan.clone(), goals: Goals::default(), label, resume: None };
-    run(task, observer, cancel)
+    counted(task, observer, cancel)
 }
 
 /// Renders, or goes on rendering, under any of the stop rules.
@@ -180,6 +195,10 @@ pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &Atom
 /// # Panics
 /// If `resume` is of a film with other bounds.
 pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
+    counted::<RayCounts>(task, observer, cancel).0
+}
+
+fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let start = Instant::now();
     let sampler = PixelSampler::new(task.world);
     let bounds = task.world.settings().film.pixel_bounds;
@@ -208,11 +227,13 @@ pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered
         rays: AtomicU64::new(0),
         last_report: Mutex::new(start),
         storing: AtomicBool::new(false),
+        counts: Mutex::new(C::default()),
     };
-    job.run(film, schedule)
+    let rendered = job.run(film, schedule);
+    (rendered, job.counts.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-struct Job<'a, 'w> {
+struct Job<'a, 'w, C> {
     sampler: &'a PixelSampler<'w>,
     observer: &'a dyn Observer,
     cancel: &'a AtomicBool,
@@ -231,6 +252,8 @@ struct Job<'a, 'w> {
     last_report: Mutex<Instant>,
     /// Whether a thread is making a checkpoint.
     storing: AtomicBool,
+    /// What was counted in this run.
+    counts: Mutex<C>,
 }
 
 /// What the last look found, for progress.
@@ -240,7 +263,7 @@ struct Found {
     bound: Option<f64>,
 }
 
-impl Job<'_, '_> {
+impl<C: Count> Job<'_, '_, C> {
     fn run(&self, mut film: Film, mut schedule: Schedule) -> Rendered {
         let mut found = Found::default();
         let mut unfinished = None;
@@ -452,14 +475,23 @@ impl Job<'_, '_> {
         if tile.samples() == 0 {
             (tile.first, tile.end) = (first, first);
         }
-        let mut rays = RayCounts::default();
+        let mut counts = C::default();
         let (mut bad, mut bad_count) = (Vec::new(), 0);
         let before = tile.samples();
         tile.extend(end, |pixel, range, stack| {
             let mut next = range.start;
             while next < range.end {
                 let run = catch_unwind(AssertUnwindSafe(|| {
-                    self.pixel(pixel, next..range.end, &mut next, sampler, stack, &mut rays, &mut bad, &mut bad_count);
+                    self.pixel(
+                        pixel,
+                        next..range.end,
+                        &mut next,
+                        sampler,
+                        stack,
+                        &mut counts,
+                        &mut bad,
+                        &mut bad_count,
+                    );
                 }));
                 if let Err(payload) = run {
                     let sample = next;
@@ -470,7 +502,9 @@ impl Job<'_, '_> {
                 }
             }
         });
+        let rays = counts.rays();
         tile.rays.merge(&rays);
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&counts);
         tile.remember(bad, bad_count);
         self.rays.fetch_add(rays.total(), Ordering::Relaxed);
         self.samples.fetch_add(u64::from(tile.samples() - before) * tile.len() as u64, Ordering::Relaxed);
@@ -483,13 +517,13 @@ impl Job<'_, '_> {
         next: &mut u32,
         sampler: &mut Sampler,
         stack: &mut PixelStack,
-        rays: &mut RayCounts,
+        counts: &mut C,
         bad: &mut Vec<BadSample>,
         bad_count: &mut u64,
     ) {
         for index in range {
             *next = index;
-            let sampled = self.sampler.sample(sampler, pixel, index, rays);
+            let sampled = self.sampler.sample(sampler, pixel, index, counts);
             let sum = if sampled.rgb.iter().all(|v| v.is_finite()) {
                 PixelSum::of(sampled.rgb)
             } else {

@@ -1,6 +1,6 @@
 //! A physically based Monte Carlo renderer: the command line as a library, and the small public face.
 //!
-//! Programs use [`load`] and [`render`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
+//! Programs use [`load`] and [`render()`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
 
 mod args;
 mod check;
