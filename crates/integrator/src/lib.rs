@@ -3,21 +3,30 @@
 //! An integrator cannot fail, cannot block, has no clock, and no random numbers but the sampler's.
 
 mod debug;
+mod hero;
 mod path;
 pub mod record;
+mod simple_volpath;
+mod volpath;
 
 pub use debug::{AmbientOcclusion, View};
 pub use path::Path;
 use record::Record;
+pub use simple_volpath::SimpleVolPath;
 use steradian_sampling::Sampler;
 use steradian_scene::{CameraRay, IntegratorKind, IntegratorSettings, World};
 use steradian_spectrum::{Lanes, Wavelengths};
+pub use volpath::VolPath;
 
 /// The algorithms that answer one camera ray.
 #[derive(Clone, Copy, Debug)]
 pub enum Integrator {
     /// Path tracing.
     Path(Path),
+    /// Path tracing through media.
+    VolPath(VolPath),
+    /// A random walk through media.
+    SimpleVolPath(SimpleVolPath),
     /// A quantity of the first hit.
     View(View),
     /// Ambient occlusion.
@@ -25,10 +34,13 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// The integrator that the settings describe.
-    pub fn new(settings: &IntegratorSettings) -> Self {
-        match settings.kind {
-            IntegratorKind::Path => Self::Path(Path { max_depth: settings.max_depth, regularize: settings.regularize }),
+    /// The integrator that a world's settings describe. Without media, path tracing through media is path tracing.
+    pub fn new(world: &World) -> Self {
+        let &IntegratorSettings { kind, max_depth, regularize, .. } = &world.settings().integrator;
+        match kind {
+            IntegratorKind::VolPath if world.has_media() => Self::VolPath(VolPath { max_depth, regularize }),
+            IntegratorKind::Path | IntegratorKind::VolPath => Self::Path(Path { max_depth, regularize }),
+            IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
             IntegratorKind::Normals => Self::View(View::Normals),
             IntegratorKind::Albedo => Self::View(View::Albedo),
             IntegratorKind::Depth => Self::View(View::Depth),
@@ -53,6 +65,8 @@ impl Integrator {
     ) -> Lanes {
         match self {
             Self::Path(path) => path.radiance(world, ray, wavelengths, sampler, record),
+            Self::VolPath(path) => path.radiance(world, ray, wavelengths, sampler, record),
+            Self::SimpleVolPath(path) => path.radiance(world, ray, wavelengths, sampler, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),
             Self::AmbientOcclusion(ao) => ao.radiance(world, ray, wavelengths, sampler, record),
         }

@@ -38,7 +38,7 @@ impl<'w> PixelSampler<'w> {
     /// Prepares the sampling of a world's film by its own settings.
     pub fn new(world: &'w World) -> Self {
         let settings = world.settings();
-        let integrator = Integrator::new(&settings.integrator);
+        let integrator = Integrator::new(world);
         let raw = matches!(integrator, Integrator::View(_));
         let color = if raw { ColorMode::Rgb } else { settings.color };
         Self { world, integrator, output_from_sensor: settings.film.sensor.output_rgb_from_sensor(color), color, raw }

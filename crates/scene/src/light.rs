@@ -82,3 +82,10 @@ pub enum Light {
         scale: f32,
     },
 }
+
+impl Light {
+    /// Whether a ray can run into the light by chance.
+    pub fn has_extent(&self) -> bool {
+        matches!(self, Self::UniformInfinite { .. } | Self::ImageInfinite { .. })
+    }
+}

@@ -72,6 +72,10 @@ pub enum IntegratorKind {
     /// Path tracing with next-event estimation and multiple importance sampling.
     #[default]
     Path,
+    /// Path tracing through participating media, with spectral multiple importance sampling.
+    VolPath,
+    /// A random walk through participating media that simulates what one photon at a time does.
+    SimpleVolPath,
     /// Shading normals as colours.
     Normals,
     /// Directional albedo of the first hit.
@@ -87,6 +91,13 @@ pub enum IntegratorKind {
         /// How far an occluder counts.
         max_distance: f32,
     },
+}
+
+impl IntegratorKind {
+    /// Whether the algorithm sees participating media; to the others they are empty space.
+    pub fn sees_media(self) -> bool {
+        matches!(self, Self::VolPath | Self::SimpleVolPath)
+    }
 }
 
 /// The algorithm and its parameters.

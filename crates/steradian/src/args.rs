@@ -174,6 +174,10 @@ pub(crate) struct RunArgs {
 pub(crate) enum IntegratorArg {
     /// Paths from the camera, with light sampling
     Path,
+    /// Paths through participating media
+    Volpath,
+    /// Random walks through participating media, without light sampling
+    Simplevolpath,
     /// Shading normals as colours
     Normals,
     /// Reflected share of light

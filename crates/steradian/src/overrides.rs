@@ -86,6 +86,8 @@ fn sampler_kind(arg: SamplerArg) -> SamplerKind {
 fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKind {
     match (arg, in_scene) {
         (IntegratorArg::Path, _) => IntegratorKind::Path,
+        (IntegratorArg::Volpath, _) => IntegratorKind::VolPath,
+        (IntegratorArg::Simplevolpath, _) => IntegratorKind::SimpleVolPath,
         (IntegratorArg::Normals, _) => IntegratorKind::Normals,
         (IntegratorArg::Albedo, _) => IntegratorKind::Albedo,
         (IntegratorArg::Depth, _) => IntegratorKind::Depth,
@@ -112,6 +114,8 @@ pub(crate) fn sampler_name(kind: SamplerKind) -> &'static str {
 pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {
         IntegratorKind::Path => "path",
+        IntegratorKind::VolPath => "volpath",
+        IntegratorKind::SimpleVolPath => "simplevolpath",
         IntegratorKind::Normals => "normals",
         IntegratorKind::Albedo => "albedo",
         IntegratorKind::Depth => "depth",

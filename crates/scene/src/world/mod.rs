@@ -4,6 +4,7 @@ mod build;
 mod camera;
 mod group;
 mod light;
+mod medium;
 mod noise;
 mod shading;
 mod surface;
@@ -11,6 +12,7 @@ mod texture;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{LightContext, LightSample};
+pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
@@ -18,6 +20,7 @@ pub use texture::TextureContext;
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
+use medium::BuiltMedium;
 use steradian_geometry::HitKind;
 use steradian_image::Pyramid;
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
@@ -50,6 +53,8 @@ pub struct World {
     camera: CameraModel,
     area_lights: Vec<AreaLight>,
     lights: Lights,
+    media: Vec<BuiltMedium>,
+    needs_one_wavelength: bool,
     bounds: Bounds3,
     has_motion: bool,
     uses_footprints: bool,
@@ -78,6 +83,8 @@ pub struct Census {
     pub mesh_bytes: usize,
     /// Bytes of pictures and their pyramids.
     pub image_bytes: usize,
+    /// Bytes of the grids of media.
+    pub medium_bytes: usize,
 }
 
 impl World {
@@ -148,6 +155,7 @@ impl World {
                 .sum(),
             image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
                 + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+            medium_bytes: self.medium_bytes(),
         }
     }
 
