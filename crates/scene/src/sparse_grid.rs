@@ -8,7 +8,7 @@ use steradian_math::{Bounds3, Point3, Vec3};
 pub const BRICK: i32 = 8;
 /// Points in a brick.
 const POINTS: usize = (BRICK * BRICK * BRICK) as usize;
-/// Table entries at most: half a gigabyte.
+/// Table entries at most, which is half a gigabyte of them.
 const MAX_TABLE: u64 = 1 << 27;
 /// Marks a table entry as an index into the values of tiles, not into the bricks.
 const TILE: u32 = 1 << 31;
@@ -30,7 +30,6 @@ pub struct SparseGrid {
     index_from_local: [[f32; 3]; 3],
     origin: [f32; 3],
     bounds: Bounds3,
-    index_bounds: [[i32; 3]; 2],
 }
 
 /// Where the integer points lie, and which of them matter.
@@ -79,7 +78,6 @@ impl SparseGrid {
             index_from_local: layout.index_from_local,
             origin: layout.origin,
             bounds: layout.bounds,
-            index_bounds: layout.index_bounds,
         })
     }
 
@@ -195,10 +193,13 @@ impl SparseGrid {
             // One more point on either side: interpolation reaches there, and rounding may.
             let (a, b) = ((low[axis] - 1e-3).floor() as i32, (high[axis] + 1e-3).floor() as i32);
             let (a, b) = (a, b.saturating_add(1));
-            if a < self.index_bounds[0][axis] || b > self.index_bounds[1][axis] {
+            let first = i64::from(self.first[axis]) * i64::from(BRICK);
+            let last = first + i64::from(self.size[axis]) * i64::from(BRICK) - 1;
+            let (a, b) = (i64::from(a), i64::from(b));
+            if a < first || b > last {
                 most = most.max(self.tiles[0]);
             }
-            range[axis] = (a.max(self.index_bounds[0][axis]), b.min(self.index_bounds[1][axis]));
+            range[axis] = (a.max(first) as i32, b.min(last) as i32);
         }
         for x in range[0].0..=range[0].1 {
             for y in range[1].0..=range[1].1 {

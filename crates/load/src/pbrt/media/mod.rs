@@ -6,6 +6,8 @@ use super::Loader;
 use super::lights::positive_photometric;
 use super::names::defined_twice;
 use super::params::Params;
+use crate::files::read_all;
+use crate::nanovdb;
 use steradian_math::{Bounds3, Point3};
 use steradian_scene::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
@@ -163,9 +165,40 @@ impl Loader<'_> {
     }
 
     fn nanovdb(&mut self, p: &mut Params) -> Option<Volume> {
-        p.accept_all();
-        p.warning("`nanovdb` media are not supported yet; this one is left out", None);
-        None
+        let file = p.string("filename");
+        let word = |p: &mut Params, name, default: &str| p.string(name).map_or(default.to_string(), |s| s.0);
+        let names = [word(p, "gridname", "density"), word(p, "temperaturename", "temperature")];
+        let (offset, temperature_scale) = temperature_map(p);
+        let scale = p.float("Lescale", 1.0);
+        let coefficients = self.coefficients(p);
+        let Some((file, span)) = file else {
+            p.error(format!("{} has no `filename`", p.what()), None);
+            return None;
+        };
+        let path = self.resolve(&file);
+        let bytes = read_all(self.files, &path).map_err(|message| p.error(message, span)).ok()?;
+        let mut grid = |name: &str| match nanovdb::read_grid(&bytes, name) {
+            Ok(grid) => grid,
+            Err(e) => {
+                p.error(format!("{}: {e}", path.display()), span);
+                None
+            }
+        };
+        let (density, temperature) = (grid(&names[0]), grid(&names[1]));
+        let Some(density) = density else {
+            if p.diagnostics.iter().all(|d| d.span != Some(span)) {
+                p.error(format!("{} has no grid \"{}\"", path.display(), names[0]), span);
+            }
+            return None;
+        };
+        let glow = temperature.map(|temperature| Glow::Blackbody {
+            temperature,
+            offset,
+            temperature_scale,
+            scale,
+            field: None,
+        });
+        Some(Volume::Sparse { coefficients, density, glow })
     }
 }
 
