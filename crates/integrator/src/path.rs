@@ -4,7 +4,7 @@
 //! Direct light is estimated twice, by sampling a light and by sampling the lobe, and joined with the power heuristic.
 
 use crate::numbers::{Domain, Numbers};
-use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
 use steradian_math::Ray;
 use steradian_sampling::mis::power_weight;
@@ -45,7 +45,7 @@ impl Path {
 
         loop {
             // Find where the ray ends.
-            let Some(hit) = world.intersect(&ray) else {
+            let Some(hit) = record::intersect(world, &ray, record) else {
                 self.add_environment(
                     world,
                     &ray,
@@ -125,7 +125,7 @@ impl Path {
                         let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
                         let value = value * (weight / sample.pdf);
                         record.ray(RayKind::Shadow);
-                        let occluded = world.occluded(&surface.shadow_ray(&sample));
+                        let occluded = record::occluded(world, &surface.shadow_ray(&sample), record);
                         if !occluded {
                             radiance += value;
                         }
@@ -185,6 +185,7 @@ impl Path {
                 beta = beta * (1.0 / survival);
             }
         }
+        record.path(depth);
         radiance
     }
 
