@@ -295,7 +295,7 @@ impl SwitchedPath {
             if u_roulette >= survival {
                 return None;
             }
-            next.beta = next.beta * (1.0 / survival);
+            next.beta *= 1.0 / survival;
         }
         Some(next)
     }
