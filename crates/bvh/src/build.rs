@@ -13,7 +13,8 @@ use crate::{BuildError, Bvh, MAX_LEAF, MAX_PRIMITIVES};
 /// and the root.
 pub(crate) const MAX_DEPTH: usize = HEURISTIC_DEPTH + 30;
 const HEURISTIC_DEPTH: usize = 40;
-const BINS: usize = 16;
+/// The cost of a node of the binary tree, in leaf tests: small, for most of them vanish into wide nodes.
+const NODE_COST: f32 = 0.3;
 /// Below this, a subtree is not worth a task.
 const PARALLEL: usize = 4096;
 
@@ -166,28 +167,29 @@ struct Split {
 struct Binning {
     origin: [f32; 4],
     scale: [f32; 4],
+    last: usize,
 }
 
 impl Binning {
-    fn new(centroids: &Box4) -> Self {
+    fn new(centroids: &Box4, bins: usize) -> Self {
         let scale = std::array::from_fn(|i| {
             let extent = centroids.hi[i] - centroids.lo[i];
-            if extent > 0.0 { BINS as f32 * (1.0 - 1e-6) / extent } else { 0.0 }
+            if extent > 0.0 { bins as f32 * (1.0 - 1e-6) / extent } else { 0.0 }
         });
-        Self { origin: centroids.lo, scale }
+        Self { origin: centroids.lo, scale, last: bins - 1 }
     }
 
     #[inline(always)]
     fn bins(&self, r: &Reference) -> [usize; 3] {
         let c = r.centroid();
         let at: [f32; 4] = std::array::from_fn(|i| (c[i] - self.origin[i]) * self.scale[i]);
-        std::array::from_fn(|i| (at[i] as i32 as usize).min(BINS - 1))
+        std::array::from_fn(|i| (at[i] as i32 as usize).min(self.last))
     }
 
     #[inline(always)]
     fn bin(&self, r: &Reference, axis: usize) -> usize {
         let c = 0.5 * r.lo[axis] + 0.5 * r.hi[axis];
-        (((c - self.origin[axis]) * self.scale[axis]) as i32 as usize).min(BINS - 1)
+        (((c - self.origin[axis]) * self.scale[axis]) as i32 as usize).min(self.last)
     }
 }
 
@@ -207,8 +209,32 @@ impl Builder {
         weight.div_ceil(GRAIN) as f32
     }
 
+    /// The cost of a binary leaf by its tag.
+    fn leaf_cost(&self, leaf: u32) -> f32 {
+        Self::tests((leaf >> 1) * self.weight[leaf as usize & 1])
+    }
+
+    /// How finely to look for a plane among `n` primitives.
+    fn bins(n: usize) -> usize {
+        if n > 32 {
+            16
+        } else if n > 8 {
+            8
+        } else {
+            4
+        }
+    }
+
     /// The best of the planes between bins, by area times tests; `None` if no plane parts the centroids.
     fn find_split(&self, refs: &[Reference], binning: &Binning) -> Option<Split> {
+        match binning.last {
+            3 => self.find_split_of::<4>(refs, binning),
+            7 => self.find_split_of::<8>(refs, binning),
+            _ => self.find_split_of::<16>(refs, binning),
+        }
+    }
+
+    fn find_split_of<const BINS: usize>(&self, refs: &[Reference], binning: &Binning) -> Option<Split> {
         let mut boxes = [[Box4::EMPTY; BINS]; 3];
         let mut weights = [[0u32; BINS]; 3];
         for r in refs {
@@ -295,14 +321,10 @@ impl Builder {
         let weight: u32 = if small { refs.iter().map(|r| self.weight[r.kind() as usize & 1]).sum() } else { u32::MAX };
         nodes[0].bounds = extent.bounds.bounds();
         let may_be_leaf = n <= limit && !mixed;
-        let binning = Binning::new(&extent.centroids);
-        let split = if may_be_leaf && weight <= GRAIN || mixed || depth >= HEURISTIC_DEPTH {
-            None
-        } else {
-            self.find_split(refs, &binning)
-        };
-        let worth =
-            |s: &Split| s.cost + 0.5 * extent.bounds.half_area() < extent.bounds.half_area() * Self::tests(weight);
+        let binning = Binning::new(&extent.centroids, Self::bins(n));
+        let split = if n == 1 || mixed || depth >= HEURISTIC_DEPTH { None } else { self.find_split(refs, &binning) };
+        let area = extent.bounds.half_area();
+        let worth = |s: &Split| s.cost + NODE_COST * area < area * Self::tests(weight);
         if may_be_leaf && !split.as_ref().is_some_and(worth) {
             nodes[0].right_or_first = first;
             nodes[0].leaf = (n as u32) << 1 | kind;
@@ -365,7 +387,7 @@ impl Bvh {
         let mut binary = vec![BinaryNode::UNUSED; 2 * refs.len() - 1];
         builder.build(&mut refs, &mut binary, 0, &extent, 1);
         bvh.bounds = extent.bounds.bounds();
-        bvh.nodes = crate::collapse::collapse(&binary);
+        bvh.nodes = crate::collapse::collapse(&binary, &|leaf| builder.leaf_cost(leaf));
         bvh.order = refs.iter().map(Reference::id).collect();
         Ok(bvh)
     }

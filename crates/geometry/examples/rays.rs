@@ -76,7 +76,7 @@ fn closest(accel: &Accel, ray: &Ray) -> Option<f32> {
 fn time(rays: &[Ray], mut f: impl FnMut(&Ray) -> bool) -> (f64, usize) {
     let mut best = f64::INFINITY;
     let mut hits = 0;
-    for _ in 0..5 {
+    for _ in 0..9 {
         let start = Instant::now();
         hits = rays.iter().filter(|r| f(r)).count();
         best = best.min(start.elapsed().as_secs_f64());
@@ -130,7 +130,8 @@ fn measure(name: &str, triangles: &[InputTriangle], eye: Point3) {
             time(&shadow, any),
         ];
         let cell = |(ns, hits): (f64, usize)| format!("{:7.1} ns {:6.2} M/s ({hits})", ns, 1e3 / ns);
-        println!("  {label:24} primary {}  bounce {}  shadow {}", cell(p), cell(b), cell(s));
+        let label = label.split('(').next().unwrap_or_default();
+        println!("  {label:8} primary {}  bounce {}  shadow {}", cell(p), cell(b), cell(s));
     }
 }
 

@@ -4,7 +4,7 @@
 //! density with which that lane would have made it, over the density of the lane that did. A contribution divided by the
 //! average of these ratios is weighted with the balance heuristic, if each lane is as often the hero as any other.
 
-use steradian_sampling::Sampler;
+use crate::numbers::{Domain, Numbers};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// The lane that decides.
@@ -17,8 +17,8 @@ pub(crate) struct Hero {
 impl Hero {
     /// The hero wavelength, which is random already; one of red, green and blue in RGB mode.
     #[inline]
-    pub fn choose(w: &Wavelengths, sampler: &mut Sampler) -> Self {
-        let lane = if w.is_rgb() { ((sampler.next_1d() * 3.0) as usize).min(2) } else { w.hero_lane() };
+    pub fn choose(w: &Wavelengths, numbers: &mut impl Numbers) -> Self {
+        let lane = if w.is_rgb() { ((numbers.one(Domain::Other) * 3.0) as usize).min(2) } else { w.hero_lane() };
         Self { lane }
     }
 

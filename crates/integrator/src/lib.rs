@@ -3,22 +3,31 @@
 //! An integrator cannot fail, cannot block, has no clock, and no random numbers but the sampler's.
 
 mod debug;
+mod distribution;
 mod hero;
+mod lobe_sampling;
+mod numbers;
 mod path;
 pub mod record;
 mod simple_volpath;
+mod switched;
 mod volpath;
+mod whitted;
 
 pub use debug::{AmbientOcclusion, View};
+pub use distribution::Distribution;
+pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;
 pub use simple_volpath::SimpleVolPath;
-use steradian_sampling::Sampler;
-use steradian_scene::{CameraRay, IntegratorKind, IntegratorSettings, World};
+use steradian_math::Point2;
+use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
+pub use switched::SwitchedPath;
 pub use volpath::VolPath;
+pub use whitted::Whitted;
 
-/// The algorithms that answer one camera ray.
+/// The algorithms that start at the camera.
 #[derive(Clone, Copy, Debug)]
 pub enum Integrator {
     /// Path tracing.
@@ -27,6 +36,12 @@ pub enum Integrator {
     VolPath(VolPath),
     /// A random walk through media.
     SimpleVolPath(SimpleVolPath),
+    /// Path tracing by choice of technique.
+    SwitchedPath(SwitchedPath),
+    /// Whitted's ray tracing.
+    Whitted(Whitted),
+    /// Brute-force distribution ray tracing.
+    Distribution(Distribution),
     /// A quantity of the first hit.
     View(View),
     /// Ambient occlusion.
@@ -34,13 +49,28 @@ pub enum Integrator {
 }
 
 impl Integrator {
-    /// The integrator that a world's settings describe. Without media, path tracing through media is path tracing.
+    /// The integrator that the world's settings describe. Building the world has checked them.
     pub fn new(world: &World) -> Self {
-        let &IntegratorSettings { kind, max_depth, regularize, .. } = &world.settings().integrator;
-        match kind {
+        let settings = &world.settings().integrator;
+        let (max_depth, regularize) = (settings.max_depth, settings.regularize);
+        match settings.kind {
             IntegratorKind::VolPath if world.has_media() => Self::VolPath(VolPath { max_depth, regularize }),
-            IntegratorKind::Path | IntegratorKind::VolPath => Self::Path(Path { max_depth, regularize }),
             IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
+            // Without media, path tracing through media is path tracing.
+            IntegratorKind::Path | IntegratorKind::VolPath => {
+                let techniques = settings.techniques;
+                // Stratification is a matter of the numbers, and those both know by domain.
+                if (Techniques { stratify: Stratify::default(), ..techniques }) == Techniques::default() {
+                    Self::Path(Path { max_depth, regularize })
+                } else {
+                    Self::SwitchedPath(SwitchedPath { max_depth, regularize, techniques })
+                }
+            }
+            IntegratorKind::Whitted(w) => Self::Whitted(Whitted { max_depth, ambient: w.ambient }),
+            IntegratorKind::Distribution(parameters) => {
+                let unsampled_lights = world.has_unsampled_lights();
+                Self::Distribution(Distribution { max_depth, parameters, unsampled_lights })
+            }
             IntegratorKind::Normals => Self::View(View::Normals),
             IntegratorKind::Albedo => Self::View(View::Albedo),
             IntegratorKind::Depth => Self::View(View::Depth),
@@ -51,24 +81,58 @@ impl Integrator {
         }
     }
 
+    /// Where in its pixel sample `index` lies, given a random point of it.
+    #[inline]
+    pub fn pixel_position(&self, index: u32, u: [f32; 2]) -> [f32; 2] {
+        match self {
+            Self::Distribution(d) => d.subpixel(index, u),
+            _ => u,
+        }
+    }
+
+    /// An estimate of the mean radiance over lens and shutter at a film position, in the four lanes of `wavelengths`.
+    ///
+    /// One camera ray, or as many as the algorithm wants.
+    #[inline]
+    pub fn film_radiance<N: Numbers, R: Record>(
+        &self,
+        world: &World,
+        film: Point2,
+        wavelengths: &mut Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) -> Lanes {
+        if let Self::Distribution(d) = self {
+            return d.film_radiance(world, film, wavelengths, numbers, record);
+        }
+        let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
+        let time = if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
+        let ray = world.camera_ray(&CameraSample { film, lens, time });
+        self.radiance(world, &ray, wavelengths, numbers, record)
+    }
+
     /// An estimate of the radiance that arrives along a camera ray, in the four lanes of `wavelengths`.
     ///
-    /// Unbiased, unless a setting says otherwise; finite unless there is a bug or the scene holds infinities.
+    /// Unbiased, unless a setting or the algorithm says otherwise; finite unless there is a bug or the scene holds
+    /// infinities.
     #[inline]
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         ray: &CameraRay,
         wavelengths: &mut Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         match self {
-            Self::Path(path) => path.radiance(world, ray, wavelengths, sampler, record),
-            Self::VolPath(path) => path.radiance(world, ray, wavelengths, sampler, record),
-            Self::SimpleVolPath(path) => path.radiance(world, ray, wavelengths, sampler, record),
+            Self::Path(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::SwitchedPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::VolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::SimpleVolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::Whitted(whitted) => whitted.radiance(world, ray, wavelengths, record),
+            Self::Distribution(d) => d.radiance(world, ray, wavelengths, numbers, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),
-            Self::AmbientOcclusion(ao) => ao.radiance(world, ray, wavelengths, sampler, record),
+            Self::AmbientOcclusion(ao) => ao.radiance(world, ray, wavelengths, numbers, record),
         }
     }
 }

@@ -3,10 +3,10 @@
 //! `L(o, d) = sum over paths of emission * product of (lobe cos / pdf)`: one random choice for everything at each bounce.
 //! Direct light is estimated twice, by sampling a light and by sampling the lobe, and joined with the power heuristic.
 
-use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::numbers::{Domain, Numbers};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
 use steradian_math::Ray;
-use steradian_sampling::Sampler;
 use steradian_sampling::mis::power_weight;
 use steradian_scene::{CameraRay, LightContext, Shading, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -22,12 +22,12 @@ pub struct Path {
 
 impl Path {
     /// The radiance that arrives along a camera ray.
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         camera_ray: &CameraRay,
         wavelengths: &mut Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         let mut ray = camera_ray.ray;
@@ -45,7 +45,7 @@ impl Path {
 
         loop {
             // Find where the ray ends.
-            let Some(hit) = world.intersect(&ray) else {
+            let Some(hit) = record::intersect(world, &ray, record) else {
                 self.add_environment(
                     world,
                     &ray,
@@ -115,40 +115,40 @@ impl Path {
             // Sample a light.
             let wo = frame.to_local(-ray.d);
             let context = LightContext::of_surface(&surface, &frame);
-            let (u_light, u_point) = (sampler.next_1d(), sampler.next_2d());
-            if bsdf.flags().is_non_specular() {
-                if let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths) {
-                    let wi = frame.to_local(sample.wi);
-                    let (f, p) = bsdf.eval_and_pdf(wo, wi, TransportMode::Radiance);
-                    let value = beta * f * sample.radiance;
-                    if !value.is_black() {
-                        let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
-                        let value = value * (weight / sample.pdf);
-                        record.ray(RayKind::Shadow);
-                        let occluded = world.occluded(&surface.shadow_ray(&sample));
-                        if !occluded {
-                            radiance += value;
-                        }
-                        if R::DETAILED {
-                            record.contribution(Contribution {
-                                depth,
-                                technique: Technique::LightSampling,
-                                light: Some(sample.light),
-                                direction: sample.wi,
-                                end: sample.distance.is_finite().then(|| surface.p + sample.wi * sample.distance),
-                                pdf: sample.pdf,
-                                other_pdf: if sample.is_delta { 0.0 } else { p },
-                                weight,
-                                value,
-                                occluded,
-                            });
-                        }
+            let (u_light, u_point) = (numbers.one(Domain::Light), numbers.two(Domain::Light));
+            if bsdf.flags().is_non_specular()
+                && let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths)
+            {
+                let wi = frame.to_local(sample.wi);
+                let (f, p) = bsdf.eval_and_pdf(wo, wi, TransportMode::Radiance);
+                let value = beta * f * sample.radiance;
+                if !value.is_black() {
+                    let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
+                    let value = value * (weight / sample.pdf);
+                    record.ray(RayKind::Shadow);
+                    let occluded = record::occluded(world, &surface.shadow_ray(&sample), record);
+                    if !occluded {
+                        radiance += value;
+                    }
+                    if R::DETAILED {
+                        record.contribution(Contribution {
+                            depth,
+                            technique: Technique::LightSampling,
+                            light: Some(sample.light),
+                            direction: sample.wi,
+                            end: sample.distance.is_finite().then(|| surface.p + sample.wi * sample.distance),
+                            pdf: sample.pdf,
+                            other_pdf: if sample.is_delta { 0.0 } else { p },
+                            weight,
+                            value,
+                            occluded,
+                        });
                     }
                 }
             }
 
             // Sample the lobe for the next direction.
-            let (u_lobe, u_direction) = (sampler.next_1d(), sampler.next_2d());
+            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             beta *= sample.weight;
             let specular = sample.flags.contains(Lobes::SPECULAR);
@@ -166,7 +166,7 @@ impl Path {
             record.ray(RayKind::Scattered);
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
-            let u_roulette = sampler.next_1d();
+            let u_roulette = numbers.one(Domain::Other);
             let survival = if depth > 1 { (beta * eta_scale).max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
                 record.bounce(Bounce {
@@ -182,9 +182,10 @@ impl Path {
                 if u_roulette >= survival {
                     break;
                 }
-                beta = beta * (1.0 / survival);
+                beta *= 1.0 / survival;
             }
         }
+        record.path(depth);
         radiance
     }
 
@@ -200,7 +201,7 @@ impl Path {
         record: &mut R,
     ) {
         for &light in world.infinite_lights() {
-            let emitted = world.environment(light, ray.d, wavelengths);
+            let emitted = world.environment(light, ray, wavelengths);
             if emitted.is_black() {
                 continue;
             }

@@ -4,10 +4,10 @@
 //! without extent are never found.
 
 use crate::hero::Hero;
-use crate::record::{RayKind, Record};
+use crate::numbers::{Domain, Numbers};
+use crate::record::{self, RayKind, Record};
 use steradian_bsdf::{Lobe, TransportMode};
 use steradian_math::Ray;
-use steradian_sampling::Sampler;
 use steradian_sampling::rng::{Rng, hash_floats};
 use steradian_scene::{CameraRay, Shading, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -21,17 +21,17 @@ pub struct SimpleVolPath {
 
 impl SimpleVolPath {
     /// The radiance that arrives along a camera ray: in the lane that was followed, the others are black.
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         camera_ray: &CameraRay,
         wavelengths: &mut Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         // Follow one wavelength; in RGB mode one of three lanes stands for all.
         wavelengths.terminate_secondary();
-        let hero = Hero::choose(wavelengths, sampler).lane;
+        let hero = Hero::choose(wavelengths, numbers).lane;
         let mut only = Lanes::ZERO;
         only[hero] = if wavelengths.is_rgb() { 3.0 } else { 1.0 };
 
@@ -41,14 +41,15 @@ impl SimpleVolPath {
         let mut depth = 0;
         record.ray(RayKind::Camera);
         'path: loop {
-            let hit = world.intersect(&ray);
+            let hit = record::intersect(world, &ray, record);
             if let Some(m) = medium {
                 // Find the first collision that is not a null one.
                 let length = ray.d.length();
                 let d = ray.d * (1.0 / length);
                 let along = world.medium_ray(m, ray.o, d, wavelengths);
                 let mut flight = along.fly(hit.map_or(f32::INFINITY, |h| h.t * length), hero);
-                let mut rng = Rng::new(hash_floats(&[sampler.next_1d()]), hash_floats(&[sampler.next_1d()]));
+                let mut rng =
+                    Rng::new(hash_floats(&[numbers.one(Domain::Other)]), hash_floats(&[numbers.one(Domain::Other)]));
                 while let Some(c) = flight.next(rng.f32()) {
                     let (absorb, scatter) = (c.point.sigma_a[hero], c.point.sigma_s[hero]);
                     let choice = rng.f32() * c.majorant[hero];
@@ -70,7 +71,7 @@ impl SimpleVolPath {
             }
             let Some(hit) = hit else {
                 for &light in world.infinite_lights() {
-                    radiance += beta * world.environment(light, ray.d, wavelengths)[hero];
+                    radiance += beta * world.environment(light, &ray, wavelengths)[hero];
                 }
                 break;
             };
@@ -87,7 +88,7 @@ impl SimpleVolPath {
                 break;
             }
             depth += 1;
-            let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
+            let (u_lobe, u) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let wo = frame.to_local(surface.wo);
             let Some(sample) = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance) else { break };
             beta *= sample.weight[hero];
@@ -99,6 +100,7 @@ impl SimpleVolPath {
             ray = surface.spawn_ray(wi);
             record.ray(RayKind::Scattered);
         }
+        record.path(depth);
         only * radiance
     }
 }

@@ -5,10 +5,10 @@
 //! whole path by unidirectional sampling and with the last direction from light sampling, over the same density.
 
 use crate::hero::Hero;
-use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::numbers::{Domain, Numbers};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, Lobes, TransportMode};
 use steradian_math::{Frame, Normal3, Point3, Ray, Vec3};
-use steradian_sampling::Sampler;
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
 use steradian_scene::{CameraRay, Collision, Handle, LightContext, LightSample, Medium, Shading, Surface, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -59,12 +59,12 @@ enum Vertices<'a> {
 
 impl VolPath {
     /// The radiance that arrives along a camera ray.
-    pub fn radiance<R: Record>(
+    pub fn radiance<N: Numbers, R: Record>(
         &self,
         world: &World,
         camera_ray: &CameraRay,
         wavelengths: &mut Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
         if world.needs_one_wavelength() {
@@ -83,16 +83,16 @@ impl VolPath {
             depth: 0,
             eta_scale: 1.0,
             any_non_specular: false,
-            hero: Hero::choose(wavelengths, sampler),
+            hero: Hero::choose(wavelengths, numbers),
         };
         record.ray(RayKind::Camera);
 
         loop {
             // Find where the ray ends, and whether it gets there.
-            let hit = world.intersect(&walk.ray);
+            let hit = record::intersect(world, &walk.ray, record);
             if let Some(medium) = walk.medium {
                 let t_max = hit.map_or(f32::INFINITY, |h| h.t);
-                match self.fly(world, &mut walk, medium, t_max, wavelengths, sampler, record) {
+                match self.fly(world, &mut walk, medium, t_max, wavelengths, numbers, record) {
                     Flown::Through => {}
                     Flown::Scattered => {
                         differential = None;
@@ -103,7 +103,7 @@ impl VolPath {
             }
             let Some(hit) = hit else {
                 for &light in world.infinite_lights() {
-                    let emitted = world.environment(light, walk.ray.d, wavelengths);
+                    let emitted = world.environment(light, &walk.ray, wavelengths);
                     walk.add_emission(world, emitted, Some(light), None, wavelengths, record);
                 }
                 break;
@@ -146,10 +146,10 @@ impl VolPath {
             let wo = frame.to_local(surface.wo);
             let context = LightContext::of_surface(&surface, &frame);
             let vertex = Vertices::Surface { surface: &surface, frame: &frame, bsdf: &bsdf };
-            walk.sample_light(world, &context, &vertex, wavelengths, sampler, record);
+            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
 
             // Sample the lobe for the next direction.
-            let (u_lobe, u_direction) = (sampler.next_1d(), sampler.next_2d());
+            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             walk.beta *= sample.weight;
             let specular = sample.flags.contains(Lobes::SPECULAR);
@@ -170,7 +170,7 @@ impl VolPath {
             record.ray(RayKind::Scattered);
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
-            let u_roulette = sampler.next_1d();
+            let u_roulette = numbers.one(Domain::Other);
             let left = walk.beta * (walk.eta_scale / walk.hero.average(walk.r_u, wavelengths));
             let survival = if walk.depth > 1 { left.max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
@@ -190,29 +190,30 @@ impl VolPath {
                 walk.beta *= 1.0 / survival;
             }
         }
+        record.path(walk.depth);
         walk.radiance
     }
 
     /// Takes the ray through its medium: at each collision emission is added, and chance says whether the path is
     /// absorbed, scattered, or goes on as if nothing had been there.
     #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
-    fn fly<R: Record>(
+    fn fly<N: Numbers, R: Record>(
         &self,
         world: &World,
         walk: &mut Walk,
         medium: Handle<Medium>,
         t_max: f32,
         wavelengths: &Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) -> Flown {
         let hero = walk.hero.lane;
         let length = walk.ray.d.length();
         let d = walk.ray.d * (1.0 / length);
         let ray = world.medium_ray(medium, walk.ray.o, d, wavelengths);
-        let mut rng = Rng::new(hash_floats(&[sampler.next_1d()]), hash_floats(&[sampler.next_1d()]));
+        let mut rng = Rng::new(hash_floats(&[numbers.one(Domain::Other)]), hash_floats(&[numbers.one(Domain::Other)]));
         let mut flight = ray.fly(t_max * length, hero);
-        let mut u = sampler.next_1d();
+        let mut u = numbers.one(Domain::Other);
         while let Some(c) = flight.next(u) {
             u = rng.f32();
             let (majorant, point) = (c.majorant[hero], c.point);
@@ -259,8 +260,8 @@ impl VolPath {
             let context = LightContext::of_point(c.p);
             walk.ray.d = d;
             let vertex = Vertices::Medium { p: c.p, phase };
-            walk.sample_light(world, &context, &vertex, wavelengths, sampler, record);
-            let sample = phase.sample(-d, sampler.next_2d());
+            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+            let sample = phase.sample(-d, numbers.two(Domain::Lobe));
             walk.p_scatter = sample.pdf;
             walk.r_l = walk.r_u;
             walk.previous = Some(context);
@@ -345,16 +346,17 @@ impl Walk {
     }
 
     /// Adds light from a sampled point of a light.
-    fn sample_light<R: Record>(
+    fn sample_light<N: Numbers, R: Record>(
         &mut self,
         world: &World,
         context: &LightContext,
         vertex: &Vertices<'_>,
         w: &Wavelengths,
-        sampler: &mut Sampler,
+        numbers: &mut N,
         record: &mut R,
     ) {
-        let (u_light, u_point, seed) = (sampler.next_1d(), sampler.next_2d(), sampler.next_1d());
+        let (u_light, u_point, seed) =
+            (numbers.one(Domain::Light), numbers.two(Domain::Light), numbers.one(Domain::Other));
         if let Vertices::Surface { bsdf, .. } = vertex
             && !bsdf.flags().is_non_specular()
         {
@@ -382,7 +384,7 @@ impl Walk {
             }
             Vertices::Medium { p, .. } => (ray_to_light(*p, &sample, self.ray.time), *p, self.medium),
         };
-        let shadow = self.transmittance(world, from, medium, &sample, w, seed);
+        let shadow = self.transmittance(world, from, medium, &sample, w, seed, record);
         let Transmitted { t, r_l, r_u } = shadow.unwrap_or_default();
         // The densities of the two techniques, the lights' first.
         let r_u = if sample.is_delta { Lanes::ZERO } else { r_u * (p_scatter / sample.pdf) };
@@ -406,7 +408,8 @@ impl Walk {
     }
 
     /// An estimate of the transmittance to a light by ratio tracking; `None` if a surface is in the way.
-    fn transmittance(
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
+    fn transmittance<R: Record>(
         &self,
         world: &World,
         mut ray: Ray,
@@ -414,6 +417,7 @@ impl Walk {
         sample: &LightSample,
         w: &Wavelengths,
         seed: f32,
+        record: &mut R,
     ) -> Option<Transmitted> {
         let hero = self.hero.lane;
         let mut out = Transmitted { t: Lanes::ONE, r_l: Lanes::ONE, r_u: Lanes::ONE };
@@ -421,7 +425,7 @@ impl Walk {
         let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
         let mut rng = Rng::new(words, mix_bits(words));
         loop {
-            let hit = world.intersect(&ray);
+            let hit = record::intersect(world, &ray, record);
             let surface = hit.map(|h| world.surface(&ray, &h));
             if surface.as_ref().is_some_and(|s| !world.is_interface(s)) {
                 return None;

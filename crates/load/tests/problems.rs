@@ -332,6 +332,26 @@ fn films_without_pixels_and_with_too_many() {
 }
 
 #[test]
+fn lights_with_pictures_and_portals_must_make_sense() {
+    assert_eq!(
+        world("LightSource \"goniometric\" LightSource \"projection\""),
+        [
+            "error: LightSource \"goniometric\" needs a `filename`",
+            "error: LightSource \"projection\" needs a `filename`"
+        ]
+    );
+    let portal =
+        |corners: &str| world(&format!("LightSource \"infinite\" \"rgb L\" [1 1 1] \"point3 portal\" [{corners}]"));
+    assert_eq!(portal("0 0 0  0 1 0  1 1 0  1 0 0"), Vec::<String>::new());
+    assert_eq!(portal("0 0 0  0 1 0  1 1 0"), ["error: a `portal` has four corners, not 3"]);
+    assert_eq!(
+        portal("0 0 0  0 1 0  1 1 0  2 0 0"),
+        ["error: the `portal` is not a rectangle with its corners in order"]
+    );
+    assert_eq!(portal("0 0 0  0 0 0  1 1 0  1 0 0"), ["error: two corners of the `portal` are the same"]);
+}
+
+#[test]
 fn what_is_not_supported_says_what_happens_instead() {
     assert_eq!(
         problems("Integrator \"bdpt\" \"integer maxdepth\" 3\nFilm \"gbuffer\"\nSampler \"pmj02bn\"\nWorldBegin"),
@@ -345,7 +365,6 @@ fn what_is_not_supported_says_what_happens_instead() {
         world("Material \"hair\" \"float beta_m\" .3"),
         ["warning: the `hair` material is not supported yet; `diffuse` is used instead"]
     );
-    assert_eq!(world("LightSource \"goniometric\""), ["error: the `goniometric` light is not supported yet"]);
     assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),
         ["warning: a shape with an `interface` material cannot emit; its area light is ignored"]
@@ -439,13 +458,11 @@ fn media_that_cannot_be_are_told_what_is_wrong() {
     );
     assert_eq!(
         medium("\"homogeneous\" \"spectrum sigma_s\" [400 -2 500 -2]"),
-        [
-            "error: medium \"m\" (homogeneous): `sigma_s` is -2; it must be a finite number that is not negative"
-        ]
+        ["error: medium \"m\" (homogeneous): `sigma_s` is -2; it must be a finite number that is not negative"]
     );
     assert_eq!(
         medium("\"homogeneous\" \"string preset\" \"Wholmilk\""),
-        ["warning: unknown medium preset \"Wholmilk\"; did you mean `Wholemilk`?"]
+        ["warning: unknown medium preset \"Wholmilk\" | did you mean `Wholemilk`?"]
     );
     assert_eq!(medium("\"uniformgrid\" \"integer nx\" 2"), ["error: medium \"m\" (uniformgrid) has no `density`"]);
     assert_eq!(

@@ -457,3 +457,17 @@ fn media_of_every_type_become_volumes() {
     let Volume::Cloud(c) = &m[4].volume else { panic!("{:?}", m[4]) };
     assert_eq!((c.density, c.wispiness, c.frequency), (1.0, 3.0, 5.0));
 }
+
+#[test]
+fn the_simple_integrators_are_paths_without_some_techniques() {
+    use steradian_scene::{LobeSampling, MisHeuristic};
+    let of = |words: &str| {
+        let s = load(&format!("Integrator {words} WorldBegin Shape \"sphere\"")).settings.integrator;
+        assert_eq!((s.kind, s.techniques.mis, s.techniques.roulette), (IntegratorKind::Path, MisHeuristic::None, None));
+        (s.techniques.light_sampling, s.techniques.lobe_sampling, s.max_depth)
+    };
+    assert_eq!(of("\"simplepath\""), (true, LobeSampling::Lobe, 5));
+    let off = "\"simplepath\" \"bool samplelights\" false \"bool samplebsdf\" false \"integer maxdepth\" 2";
+    assert_eq!(of(off), (false, LobeSampling::Uniform, 2));
+    assert_eq!(of("\"randomwalk\" \"integer maxdepth\" 7"), (false, LobeSampling::Uniform, 7));
+}

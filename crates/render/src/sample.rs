@@ -1,9 +1,9 @@
 //! One sample of one pixel: film position, wavelengths, lens, time, radiance, colour.
 
-use steradian_integrator::{Integrator, record::Record};
+use steradian_integrator::{Domain, Integrator, Numbers, StratifiedNumbers, record::Record};
 use steradian_math::{Point2, Vec2};
 use steradian_sampling::Sampler;
-use steradian_scene::{CameraSample, World};
+use steradian_scene::World;
 use steradian_spectrum::{ColorMode, Lanes, Matrix3, Wavelengths};
 
 /// What is the same for all samples of a render.
@@ -13,6 +13,8 @@ pub struct PixelSampler<'w> {
     pub world: &'w World,
     /// The algorithm.
     pub integrator: Integrator,
+    /// Samplers by domain, where the settings ask for them.
+    stratified: Option<StratifiedNumbers>,
     output_from_sensor: Matrix3,
     color: ColorMode,
     /// Views show numbers, which no sensor may change.
@@ -41,15 +43,33 @@ impl<'w> PixelSampler<'w> {
         let integrator = Integrator::new(world);
         let raw = matches!(integrator, Integrator::View(_));
         let color = if raw { ColorMode::Rgb } else { settings.color };
-        Self { world, integrator, output_from_sensor: settings.film.sensor.output_rgb_from_sensor(color), color, raw }
+        let stratified = StratifiedNumbers::new(settings.integrator.techniques.stratify, &settings.sampler);
+        let output_from_sensor = settings.film.sensor.output_rgb_from_sensor(color);
+        Self { world, integrator, stratified, output_from_sensor, color, raw }
     }
 
     /// Sample `index` of `pixel`: a pure function of its arguments and the settings.
     #[inline]
     pub fn sample<R: Record>(&self, sampler: &mut Sampler, pixel: [u32; 2], index: u32, record: &mut R) -> Sampled {
-        let settings = self.world.settings();
+        if let Some(stratified) = &self.stratified {
+            let mut numbers = stratified.clone();
+            numbers.start(pixel, index);
+            return self.sample_with(&mut numbers, pixel, index, record);
+        }
         sampler.start(pixel, index, 0);
-        let position = sampler.pixel_2d();
+        self.sample_with(sampler, pixel, index, record)
+    }
+
+    #[inline]
+    fn sample_with<N: Numbers, R: Record>(
+        &self,
+        numbers: &mut N,
+        pixel: [u32; 2],
+        index: u32,
+        record: &mut R,
+    ) -> Sampled {
+        let settings = self.world.settings();
+        let position = self.integrator.pixel_position(index, numbers.two(Domain::Pixel));
         let (offset, weight) = if settings.disable_pixel_jitter {
             (Vec2::default(), 1.0)
         } else {
@@ -60,12 +80,9 @@ impl<'w> PixelSampler<'w> {
         let mut wavelengths = match self.color {
             ColorMode::Rgb => Wavelengths::rgb(),
             ColorMode::Spectral if settings.disable_wavelength_jitter => Wavelengths::sample_visible(0.5),
-            ColorMode::Spectral => Wavelengths::sample_visible(sampler.next_1d()),
+            ColorMode::Spectral => Wavelengths::sample_visible(numbers.one(Domain::Other)),
         };
-        let lens = if self.world.camera().has_lens() { sampler.next_2d() } else { [0.5, 0.5] };
-        let time = if self.world.has_motion() { sampler.next_1d() } else { 0.5 };
-        let ray = self.world.camera_ray(&CameraSample { film, lens, time });
-        let radiance = self.integrator.radiance(self.world, &ray, &mut wavelengths, sampler, record);
+        let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record);
         let rgb = if self.raw {
             [radiance.0[0], radiance.0[1], radiance.0[2]]
         } else {

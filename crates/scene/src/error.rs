@@ -41,6 +41,9 @@ pub enum Error {
         /// The limit.
         limit: usize,
     },
+    /// Settings that make no sense, or none for the lights of this scene.
+    #[error("{0}")]
+    Settings(#[from] crate::SettingsError),
     /// More instances than can be numbered.
     #[error("more than {limit} instances")]
     TooManyInstances {

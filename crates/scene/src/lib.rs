@@ -10,6 +10,7 @@ mod scene;
 mod settings;
 mod shape;
 mod sparse_grid;
+mod technique;
 mod texture;
 mod world;
 
@@ -23,8 +24,12 @@ pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
 pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
 pub use sparse_grid::{BRICK, SparseGrid, SparseLayout};
+pub use technique::{
+    ABSURD_RAYS, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError, Stratification,
+    Stratify, Techniques, Whitted,
+};
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Footprint, FreeFlight, Hit,
-    LightContext, LightSample, MediumPoint, MediumRay, Shading, Surface, TextureContext, World,
+    LightContext, LightPoint, LightSample, MediumPoint, MediumRay, Shading, Surface, TextureContext, World,
 };

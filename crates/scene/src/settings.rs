@@ -1,5 +1,6 @@
 //! What the user said about how to render: film, filter, sampler, integrator.
 
+use crate::technique::{Distribution, LightCensus, SettingsError, Techniques, Whitted};
 use steradian_image::Filter;
 use steradian_sampling::SamplerSettings;
 use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
@@ -76,6 +77,10 @@ pub enum IntegratorKind {
     VolPath,
     /// A random walk through participating media that simulates what one photon at a time does.
     SimpleVolPath,
+    /// Whitted's ray tracing: mirrors, refraction, and point lights.
+    Whitted(Whitted),
+    /// Brute-force distribution ray tracing.
+    Distribution(Distribution),
     /// Shading normals as colours.
     Normals,
     /// Directional albedo of the first hit.
@@ -111,11 +116,45 @@ pub struct IntegratorSettings {
     pub light_selection: LightSelection,
     /// Whether lobes are roughened after the first non-specular bounce; biased.
     pub regularize: bool,
+    /// The switches of path tracing, also of that through media where a scene has none; no other algorithm reads more of
+    /// them than the stratification.
+    pub techniques: Techniques,
+}
+
+impl IntegratorSettings {
+    /// Whether the settings make sense, and suit the lights of the scene.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub fn check(&self, lights: &LightCensus) -> Result<(), SettingsError> {
+        match &self.kind {
+            IntegratorKind::Path | IntegratorKind::VolPath => self.techniques.check(lights),
+            IntegratorKind::Whitted(w) => w.check(),
+            IntegratorKind::Distribution(d) => d.check(),
+            _ => Ok(()),
+        }
+    }
+
+    /// For algorithms whose cost grows exponentially with depth: the rays that one sample may take. Times samples and
+    /// pixels, to be compared with [`ABSURD_RAYS`](crate::ABSURD_RAYS) before starting.
+    pub fn predicted_rays(&self, lights: &LightCensus) -> Option<f64> {
+        match &self.kind {
+            IntegratorKind::Whitted(w) => Some(w.predicted_rays(lights, self.max_depth)),
+            IntegratorKind::Distribution(d) => Some(d.predicted_rays(lights, self.max_depth)),
+            _ => None,
+        }
+    }
 }
 
 impl Default for IntegratorSettings {
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: 5, light_selection: LightSelection::Tree, regularize: false }
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: 5,
+            light_selection: LightSelection::Tree,
+            regularize: false,
+            techniques: Techniques::default(),
+        }
     }
 }
 

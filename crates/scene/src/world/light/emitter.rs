@@ -3,7 +3,7 @@
 use crate::Handle;
 use crate::world::{Surface, World};
 use steradian_geometry::{BilinearMesh, PlacedQuadric, Reference, ShapeSample, TriangleMesh};
-use steradian_math::{Bounds3, Vec3};
+use steradian_math::{Bounds3, Point3, Vec3};
 
 /// The geometry of an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +46,13 @@ impl World {
             EmitterShape::Patch(mesh, face) => self.scene.bilinear_meshes[mesh].patch(face as usize).bounds(),
             EmitterShape::Quadric(i) => self.emitting_quadric(i).bounds(),
         }
+    }
+
+    /// The centre of a triangle's area; others have the middle of their box.
+    pub(crate) fn emitter_centre(&self, shape: &EmitterShape) -> Point3 {
+        let EmitterShape::Triangle(mesh, face) = *shape else { return self.emitter_bounds(shape).centroid() };
+        let [a, b, c] = self.scene.triangle_meshes[mesh].triangle(face as usize).p;
+        a + ((b - a) + (c - a)) * (1.0 / 3.0)
     }
 
     fn sample_emitter_area(&self, shape: &EmitterShape, u: [f32; 2]) -> Option<ShapeSample> {
