@@ -162,7 +162,12 @@ impl World {
                 continue;
             }
             let emission = self.area_lights.len() as u32;
-            self.groups[group].primitives[i].first_light = Some(emitters.len() as u32);
+            let record = &mut self.groups[group].primitives[i];
+            if matches!(p.shape, Shape::Curves(_)) {
+                record.unsampled_emission = Some((emission, light.scale));
+            } else {
+                record.first_light = Some(emitters.len() as u32);
+            }
             let shapes: Vec<EmitterShape> = match &p.shape {
                 Shape::Triangles(h) => (0..self.scene.triangle_meshes[*h].indices.len())
                     .map(|f| EmitterShape::Triangle(*h, f as u32))
@@ -171,6 +176,7 @@ impl World {
                     .map(|f| EmitterShape::Patch(*h, f as u32))
                     .collect(),
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
+                Shape::Curves(_) => Vec::new(),
             };
             for shape in shapes {
                 let scale = self.emission_scale(light, &shape);
