@@ -4,6 +4,7 @@ use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
 use crate::diffuse_transmission::DiffuseTransmission;
+use crate::hair::Hair;
 use crate::layered::{CoatedConductor, CoatedDiffuse};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use crate::thin_dielectric::ThinDielectric;
@@ -21,6 +22,7 @@ pub enum Bsdf {
     DiffuseTransmission(DiffuseTransmission),
     CoatedDiffuse(CoatedDiffuse),
     CoatedConductor(CoatedConductor),
+    Hair(Hair),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -34,6 +36,7 @@ macro_rules! with_lobe {
             Bsdf::DiffuseTransmission($lobe) => $body,
             Bsdf::CoatedDiffuse($lobe) => $body,
             Bsdf::CoatedConductor($lobe) => $body,
+            Bsdf::Hair($lobe) => $body,
         }
     };
 }
@@ -96,6 +99,7 @@ impl Bsdf {
             Self::DiffuseTransmission(_) => "diffuse transmission",
             Self::CoatedDiffuse(_) => "coated diffuse",
             Self::CoatedConductor(_) => "coated conductor",
+            Self::Hair(_) => "hair",
         }
     }
 
@@ -121,4 +125,4 @@ macro_rules! from_lobe {
     };
 }
 
-from_lobe!(Diffuse, Conductor, Dielectric, ThinDielectric, DiffuseTransmission, CoatedDiffuse, CoatedConductor);
+from_lobe!(Diffuse, Conductor, Dielectric, ThinDielectric, DiffuseTransmission, CoatedDiffuse, CoatedConductor, Hair);

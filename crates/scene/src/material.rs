@@ -129,6 +129,19 @@ pub enum Scattering {
         /// The coat.
         coat: Coat,
     },
+    /// A fibre.
+    Hair {
+        /// Absorption inside.
+        color: HairColor,
+        /// Index of refraction inside.
+        eta: FloatInput,
+        /// Roughness along the fibre.
+        beta_m: FloatInput,
+        /// Roughness around the fibre.
+        beta_n: FloatInput,
+        /// Tilt of the scales in degrees.
+        alpha: FloatInput,
+    },
     /// One of two materials, chosen by a hash of place and direction; the second with probability `amount`.
     Mix {
         /// The candidates.
