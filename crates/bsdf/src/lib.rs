@@ -26,6 +26,7 @@ mod fresnel;
 mod hair;
 mod layered;
 mod lobe;
+mod measured;
 mod microfacet;
 mod phase;
 mod thin_dielectric;
@@ -39,6 +40,7 @@ pub use fresnel::{fresnel_conductor, fresnel_conductor_lanes, fresnel_dielectric
 pub use hair::Hair;
 pub use layered::{CoatedConductor, CoatedDiffuse, Coating, Layered};
 pub use lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
+pub use measured::{Measured, MeasuredMaterial, MeasuredTables};
 pub use microfacet::TrowbridgeReitz;
 pub use phase::{HenyeyGreenstein, PhaseSample};
 pub use thin_dielectric::ThinDielectric;

@@ -4,6 +4,8 @@ use super::Loader;
 use super::images::ImageUse;
 use super::names::defined_twice;
 use super::params::Params;
+use crate::files::read_all;
+use crate::tensor::measured_material;
 use steradian_image::{Encoding, Lookup, Wrap};
 use steradian_scene::{
     Coat, FloatInput, HairColor, Handle, Ior, Material, Metal, Roughness, Scattering, Scene, SpectrumTexture, Texture,
@@ -163,13 +165,14 @@ impl Loader<'_> {
                 beta_n: self.float_texture(p, "beta_n", 0.3),
                 alpha: self.float_texture(p, "alpha", 2.0),
             },
+            "measured" => self.measured(p),
             "mix" => self.mix(p, built),
             "interface" => Scattering::Interface,
             "none" | "" => {
                 p.warning(format!("material \"{kind}\" is deprecated; write \"interface\""), None);
                 Scattering::Interface
             }
-            "measured" | "subsurface" => {
+            "subsurface" => {
                 p.warning(format!("the `{kind}` material is not supported yet; `diffuse` is used instead"), None);
                 let name = if p.has("color") && !p.has("reflectance") { "color" } else { "reflectance" };
                 let reflectance = self.spectrum_texture(p, name, albedo, 0.5);
@@ -276,6 +279,30 @@ impl Loader<'_> {
         HairColor::Melanin {
             eumelanin: eumelanin.unwrap_or_else(|| self.float_constant(brown)),
             pheomelanin: pheomelanin.unwrap_or_else(|| self.float_constant(0.0)),
+        }
+    }
+
+    fn measured(&mut self, p: &mut Params) -> Scattering {
+        let Some((name, span)) = p.string("filename") else {
+            p.error(format!("{} needs a `string filename`", p.what()), None);
+            return Scattering::Interface;
+        };
+        if let Some(&known) = self.measured.get(&name) {
+            return Scattering::Measured(known);
+        }
+        let path = self.resolve(&name);
+        let read = read_all(self.files, &path)
+            .and_then(|bytes| measured_material(&bytes).map_err(|e| format!("{}: {e}", path.display())));
+        match read {
+            Ok(tables) => {
+                let handle = self.scene.measured.push(tables);
+                self.measured.insert(name, handle);
+                Scattering::Measured(handle)
+            }
+            Err(message) => {
+                p.error(message, span);
+                Scattering::Interface
+            }
         }
     }
 

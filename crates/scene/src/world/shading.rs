@@ -6,8 +6,8 @@ use super::texture::TextureContext;
 use crate::material::{Coat, HairColor, Ior, Material, Metal, Roughness, Scattering};
 use crate::{FloatTexture, Handle, TextureImage};
 use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, ThinDielectric, TrowbridgeReitz,
-    index_of_reflectance,
+    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, Measured, ThinDielectric,
+    TrowbridgeReitz, index_of_reflectance,
 };
 use steradian_math::{Frame, Point2, Ray, RayDifferential, Vec2, Vec3};
 use steradian_sampling::rng::{hash_combine, hash_floats, unit_f32};
@@ -15,11 +15,11 @@ use steradian_spectrum::{ColorSpace, Lanes, Wavelengths};
 
 /// A lobe and the frame it is written in.
 #[derive(Clone, Copy, Debug)]
-pub struct Shading {
+pub struct Shading<'w> {
     /// Shading frame in world space: z is the shading normal, x lies along dp/du.
     pub frame: Frame,
     /// The lobe.
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'w>,
 }
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
         ray: &Ray,
         differential: Option<&RayDifferential>,
         wavelengths: &mut Wavelengths,
-    ) -> Option<Shading> {
+    ) -> Option<Shading<'_>> {
         let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
         let mut material = &self.scene.materials[record.material];
         if self.uses_footprints {
@@ -141,7 +141,7 @@ impl World {
         (s.dpdu + n * u + s.dndu.to_vec() * here, s.dpdv + n * v + s.dndv.to_vec() * here)
     }
 
-    fn bsdf(&self, material: &Material, c: &TextureContext, w: &mut Wavelengths) -> Option<Bsdf> {
+    fn bsdf(&self, material: &Material, c: &TextureContext, w: &mut Wavelengths) -> Option<Bsdf<'_>> {
         Some(match &material.scattering {
             Scattering::Diffuse { reflectance } => {
                 Diffuse::new(self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0)).into()
@@ -179,6 +179,7 @@ impl World {
                 let h = 2.0 * c.uv.y - 1.0;
                 Hair::new(h, of(*eta), sigma_a, of(*beta_m), around, of(*alpha)).into()
             }
+            Scattering::Measured(tables) => Measured::new(&self.scene.measured[*tables], w).into(),
             Scattering::Mix { .. } | Scattering::Interface => return None,
         })
     }
