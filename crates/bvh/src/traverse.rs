@@ -86,10 +86,61 @@ fn min_or_second<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
     if cfg!(any(target_arch = "x86", target_arch = "x86_64")) { a.min(b) } else { a.min_precise(b) }
 }
 
+/// A ray ready to be tested against the eight boxes of a node.
+struct Slabs<S: Simd> {
+    origin: [f32x8<S>; 3],
+    inverse: [f32x8<S>; 3],
+    /// Whether the direction is negative, so that the ray enters through the greatest plane.
+    negative: [bool; 3],
+    zero: f32x8<S>,
+    grow: f32x8<S>,
+}
+
+impl<S: Simd> Slabs<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &Ray) -> Self {
+        let (o, d) = (ray.o, ray.d);
+        Self {
+            origin: [o.x, o.y, o.z].map(|x| f32x8::splat(simd, x)),
+            inverse: [d.x, d.y, d.z].map(|x| f32x8::splat(simd, 1.0 / x)),
+            negative: [d.x, d.y, d.z].map(f32::is_sign_negative),
+            zero: f32x8::splat(simd, 0.0),
+            grow: f32x8::splat(simd, GROW),
+        }
+    }
+
+    /// The distance to one plane across `axis` for each box: the one through which the ray enters, or leaves.
+    #[inline(always)]
+    fn plane(&self, simd: S, node: &Node, axis: usize, leave: bool) -> f32x8<S> {
+        let plane = &node.planes[axis][usize::from(self.negative[axis] != leave)];
+        (f32x8::load_array_ref(simd, plane) - self.origin[axis]) * self.inverse[axis]
+    }
+
+    /// The boxes that the ray enters before `limit`, as bits, and where it enters them.
+    #[inline(always)]
+    fn enter(&self, simd: S, node: &Node, limit: f32x8<S>) -> (u32, f32x8<S>) {
+        let mut near = self.zero;
+        let mut far = limit;
+        for axis in [2, 1, 0] {
+            near = max_or_second(self.plane(simd, node, axis, false), near);
+            far = min_or_second(self.plane(simd, node, axis, true), far);
+        }
+        (near.simd_le(far * self.grow).to_bitmask() as u32, near)
+    }
+}
+
 /// The stack entry of child `i`.
 #[inline(always)]
 fn key(near: &[f32; 8], node: &Node, i: usize) -> u64 {
     u64::from(near[i].to_bits()) << 32 | u64::from(node.child[i])
+}
+
+/// Takes the lowest bit out of `bits`: the next child.
+#[inline(always)]
+fn take(bits: &mut u32) -> usize {
+    let i = bits.trailing_zeros() as usize & 7;
+    *bits &= *bits - 1;
+    i
 }
 
 #[inline(always)]
@@ -98,56 +149,32 @@ fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &
     if nodes.is_empty() || !is_traceable(ray) {
         return false;
     }
+    let slabs = Slabs::new(simd, ray);
     let mut t_max = ray.t_max;
-    // A negative direction enters through the greatest plane.
-    let sign = [ray.d.x.is_sign_negative(), ray.d.y.is_sign_negative(), ray.d.z.is_sign_negative()];
-    let (ox, oy, oz) = (f32x8::splat(simd, ray.o.x), f32x8::splat(simd, ray.o.y), f32x8::splat(simd, ray.o.z));
-    let (ix, iy, iz) =
-        (f32x8::splat(simd, 1.0 / ray.d.x), f32x8::splat(simd, 1.0 / ray.d.y), f32x8::splat(simd, 1.0 / ray.d.z));
-    let zero = f32x8::splat(simd, 0.0);
-    let grow = f32x8::splat(simd, GROW);
     let mut limit = f32x8::splat(simd, t_max);
-
     let mut stack = Stack::new();
     let mut current = ChildRef::ROOT;
     loop {
         if !current.is_leaf() {
             let node = &nodes[current.0 as usize];
-            let near_x = (f32x8::load_array_ref(simd, &node.planes[0][usize::from(sign[0])]) - ox) * ix;
-            let near_y = (f32x8::load_array_ref(simd, &node.planes[1][usize::from(sign[1])]) - oy) * iy;
-            let near_z = (f32x8::load_array_ref(simd, &node.planes[2][usize::from(sign[2])]) - oz) * iz;
-            let far_x = (f32x8::load_array_ref(simd, &node.planes[0][usize::from(!sign[0])]) - ox) * ix;
-            let far_y = (f32x8::load_array_ref(simd, &node.planes[1][usize::from(!sign[1])]) - oy) * iy;
-            let far_z = (f32x8::load_array_ref(simd, &node.planes[2][usize::from(!sign[2])]) - oz) * iz;
-            let near = max_or_second(near_x, max_or_second(near_y, max_or_second(near_z, zero)));
-            let far = min_or_second(far_x, min_or_second(far_y, min_or_second(far_z, limit))) * grow;
-            let mut hits = near.simd_le(far).to_bitmask() as u32;
+            let (mut hits, near) = slabs.enter(simd, node, limit);
             if hits != 0 {
                 let near: [f32; 8] = near.into();
-                let i = hits.trailing_zeros() as usize & 7;
-                hits &= hits - 1;
-                if hits == 0 {
-                    current = ChildRef(node.child[i]);
-                    continue;
-                }
-                if NEAREST {
-                    let mut best = key(&near, node, i);
+                let first = take(&mut hits);
+                if hits == 0 || !NEAREST {
+                    while hits != 0 {
+                        stack.push(key(&near, node, take(&mut hits)));
+                    }
+                    current = ChildRef(node.child[first]);
+                } else {
+                    let mut best = key(&near, node, first);
                     let base = stack.len();
                     while hits != 0 {
-                        let i = hits.trailing_zeros() as usize & 7;
-                        hits &= hits - 1;
-                        let k = key(&near, node, i);
+                        let k = key(&near, node, take(&mut hits));
                         stack.insert(base, best.max(k));
                         best = best.min(k);
                     }
                     current = ChildRef(best as u32);
-                } else {
-                    while hits != 0 {
-                        let i = hits.trailing_zeros() as usize & 7;
-                        hits &= hits - 1;
-                        stack.push(key(&near, node, i));
-                    }
-                    current = ChildRef(node.child[i]);
                 }
                 continue;
             }
@@ -162,6 +189,7 @@ fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &
         }
         loop {
             let Some(entry) = stack.pop() else { return false };
+            // What was within reach when it was pushed may not be any more.
             if !NEAREST || f32::from_bits((entry >> 32) as u32) <= t_max * GROW {
                 current = ChildRef(entry as u32);
                 break;

@@ -131,7 +131,7 @@ mod tests {
                         squares += w * w;
                     }
                     let mean = sum / f64::from(N);
-                    (mean, (squares / f64::from(N) - mean * mean) / f64::from(N))
+                    (mean, (squares / f64::from(N) - mean * mean).max(0.0) / f64::from(N))
                 };
                 let (lobe, v_lobe) = mean_of(LobeSampling::Lobe);
                 for how in [LobeSampling::Uniform, LobeSampling::Cosine] {

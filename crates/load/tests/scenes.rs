@@ -423,3 +423,17 @@ fn the_identity_is_what_a_world_starts_with() {
     let s = load("Scale 3 3 3 Camera \"perspective\" WorldBegin Shape \"sphere\"");
     assert_eq!(s.primitives[0].world_from_object, Transform::IDENTITY);
 }
+
+#[test]
+fn the_simple_integrators_are_paths_without_some_techniques() {
+    use steradian_scene::{LobeSampling, MisHeuristic};
+    let of = |words: &str| {
+        let s = load(&format!("Integrator {words} WorldBegin Shape \"sphere\"")).settings.integrator;
+        assert_eq!((s.kind, s.techniques.mis, s.techniques.roulette), (IntegratorKind::Path, MisHeuristic::None, None));
+        (s.techniques.light_sampling, s.techniques.lobe_sampling, s.max_depth)
+    };
+    assert_eq!(of("\"simplepath\""), (true, LobeSampling::Lobe, 5));
+    let off = "\"simplepath\" \"bool samplelights\" false \"bool samplebsdf\" false \"integer maxdepth\" 2";
+    assert_eq!(of(off), (false, LobeSampling::Uniform, 2));
+    assert_eq!(of("\"randomwalk\" \"integer maxdepth\" 7"), (false, LobeSampling::Uniform, 7));
+}

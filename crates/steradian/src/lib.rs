@@ -1,6 +1,6 @@
 //! A physically based Monte Carlo renderer: the command line as a library, and the small public face.
 //!
-//! Programs use [`load`] and [`render`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
+//! Programs use [`load`] and [`render()`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
 
 mod args;
 mod check;
@@ -28,7 +28,7 @@ use failure::Failure;
 
 pub use face::{LoadError, RenderError, load, load_text, render};
 pub use steradian_image::Image;
-pub use steradian_scene::{RenderSettings, Scene};
+pub use steradian_scene::{FilmSettings, RenderSettings, Scene};
 
 /// The code in the README is compiled and run like any other example.
 #[cfg(doctest)]

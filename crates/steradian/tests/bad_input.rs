@@ -159,3 +159,25 @@ fn images_that_cannot_be_compared() {
         "error: a.exr: --against-spp needs channels Variance.R .G .B in B\n"
     );
 }
+
+#[test]
+fn bad_samples_are_counted_and_can_be_replayed() {
+    // A lamp brighter than numbers go: infinity times zero is no number.
+    let f = Folder::empty().with(
+        "a b.pbrt",
+        SCENE.replace("\"rgb L\" [ 5 5 4 ]", "\"rgb L\" [ 1e30 1e30 1e30 ] \"float scale\" [ 1e15 ]"),
+    );
+    let ran = f.command("render -o a.exr --spp 2 --seed 3 --threads 2").arg("a b.pbrt").output().unwrap();
+    let said = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(0), "the rest of the picture is kept: {said}");
+    assert!(said.contains("warning: ") && said.contains(" samples went wrong and counted as black"), "{said}");
+    let line = said.lines().find(|l| l.contains("steradian trace")).unwrap().trim();
+    let options = line.strip_prefix("steradian trace 'a b.pbrt' ").unwrap();
+    assert!(options.ends_with(" --spp 2 --seed 3"), "threads change nothing: {options}");
+    let ran = f.command(&format!("trace {options} --json")).arg("a b.pbrt").output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
+    assert_eq!(json["finite"], false);
+    let image = steradian_image::read(&f.bytes("a.exr"), "a.exr").unwrap();
+    assert!(image.planes("").unwrap().iter().all(|p| p.iter().all(|v| v.is_finite())));
+    assert!(image.metadata.text("steradian.badSamples").is_some());
+}

@@ -6,8 +6,8 @@ use steradian_image::{Filter, FilterKind};
 use steradian_math::{AnimatedTransform, Vec2};
 use steradian_sampling::{Randomization, SamplerKind, SamplerSettings};
 use steradian_scene::{
-    Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, Medium, Projection,
-    RenderSettings, SphericalMapping,
+    Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, LobeSampling, Medium,
+    MisHeuristic, Projection, RenderSettings, SphericalMapping, Techniques,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
 use steradian_syntax::{Diagnostic, Directive, Kind, Span, did_you_mean};
@@ -345,7 +345,29 @@ impl Loader<'_> {
                 let (cosine, max_distance) = (p.boolean("cossample", true), p.float("maxdistance", f32::INFINITY));
                 settings.kind = IntegratorKind::AmbientOcclusion { cosine, max_distance };
             }
-            "simplepath" | "randomwalk" | "simplevolpath" | "lightpath" | "bdpt" | "mlt" | "sppm" => {
+            // Both are the path tracer with techniques taken away. Where pbrt leaves Dirac lobes black when it draws
+            // directions without regard for them, they are followed here.
+            "simplepath" => {
+                let by_lobe = p.boolean("samplebsdf", true);
+                settings.light_selection = LightSelection::Power;
+                settings.techniques = Techniques {
+                    light_sampling: p.boolean("samplelights", true),
+                    lobe_sampling: if by_lobe { LobeSampling::Lobe } else { LobeSampling::Uniform },
+                    mis: MisHeuristic::None,
+                    roulette: None,
+                    ..Techniques::default()
+                };
+            }
+            "randomwalk" => {
+                settings.techniques = Techniques {
+                    light_sampling: false,
+                    lobe_sampling: LobeSampling::Uniform,
+                    mis: MisHeuristic::None,
+                    roulette: None,
+                    ..Techniques::default()
+                };
+            }
+            "simplevolpath" | "lightpath" | "bdpt" | "mlt" | "sppm" => {
                 p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
                 settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
                 p.accept_all();

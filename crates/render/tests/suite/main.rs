@@ -3,3 +3,5 @@
 mod determinism;
 mod furnace;
 mod scenes;
+mod systems;
+mod techniques;
