@@ -26,6 +26,11 @@ impl Node {
         Bounds3 { min: [p[0][0][i], p[1][0][i], p[2][0][i]].into(), max: [p[0][1][i], p[1][1][i], p[2][1][i]].into() }
     }
 
+    /// How many of the eight slots hold a child.
+    pub fn child_count(&self) -> u32 {
+        self.child.iter().map(|&c| u32::from(c != ChildRef::NONE.0)).sum()
+    }
+
     pub(crate) fn set(&mut self, i: usize, bounds: &Bounds3, child: ChildRef) {
         for axis in 0..3 {
             self.planes[axis][0][i] = bounds.min[axis];

@@ -16,6 +16,10 @@ use crate::{Bvh, Leaf};
 /// `leaf` is compiled into the traversal once for each instruction set: it gets the SIMD token, and should be
 /// `#[inline(always)]`.
 pub trait Visitor {
+    /// The boxes of an inner node are about to be tested; for counting. Costs nothing unless overridden.
+    #[inline(always)]
+    fn node(&mut self, _node: &Node) {}
+
     /// Tests what is in `leaf` against the ray and lowers `t_max` to the nearest hit; `Break` ends the traversal.
     fn leaf<S: Simd>(&mut self, simd: S, leaf: Leaf, t_max: &mut f32) -> ControlFlow<()>;
 }
@@ -157,6 +161,7 @@ fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &
     loop {
         if !current.is_leaf() {
             let node = &nodes[current.0 as usize];
+            visitor.node(node);
             let (mut hits, near) = slabs.enter(simd, node, limit);
             if hits != 0 {
                 let near: [f32; 8] = near.into();

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 
 use fearless_simd::{Level, Simd};
 use steradian_bvh::fearless_simd;
-use steradian_bvh::{BuildError, BuildOptions, Bvh, Leaf, Primitive, Visitor};
+use steradian_bvh::{BuildError, BuildOptions, Bvh, Leaf, Node, Primitive, Visitor};
 use steradian_math::{Bounds3, Point3, Ray, next_down};
 
 use crate::block::{FILTERED, LANES, TriangleBlock};
-use crate::{ShearedRay, Triangle};
+use crate::{NoTally, ShearedRay, Tally, Triangle};
 
 const TRIANGLE: u8 = 0;
 const OTHER: u8 = 1;
@@ -194,8 +194,20 @@ impl Accel {
         other: impl FnMut(u32, &Ray) -> Option<f32>,
         filter: impl FnMut(u32, f32, f32, f32) -> bool,
     ) -> Option<AccelHit> {
+        self.closest_counted(ray, other, filter, &NoTally)
+    }
+
+    /// As [`Accel::closest`], counting tests. The others count as one test each, whatever they are.
+    #[inline]
+    pub fn closest_counted(
+        &self,
+        ray: &Ray,
+        other: impl FnMut(u32, &Ray) -> Option<f32>,
+        filter: impl FnMut(u32, f32, f32, f32) -> bool,
+        tally: &impl Tally,
+    ) -> Option<AccelHit> {
         let best = AccelHit { t: ray.t_max, b1: 0.0, b2: 0.0, id: u32::MAX, kind: HitKind::Other };
-        let mut closest = Closest { accel: self, ray: *ray, sheared: ShearedRay::new(ray), best, other, filter };
+        let mut closest = Closest { accel: self, ray: *ray, sheared: ShearedRay::new(ray), best, other, filter, tally };
         self.bvh.visit_nearest(ray, &mut closest);
         (closest.best.id != u32::MAX).then_some(closest.best)
     }
@@ -209,7 +221,19 @@ impl Accel {
         other: impl FnMut(u32, &Ray) -> bool,
         filter: impl FnMut(u32, f32, f32, f32) -> bool,
     ) -> bool {
-        let mut any = Any { accel: self, ray, sheared: ShearedRay::new(ray), other, filter };
+        self.any_counted(ray, other, filter, &NoTally)
+    }
+
+    /// As [`Accel::any`], counting tests.
+    #[inline]
+    pub fn any_counted(
+        &self,
+        ray: &Ray,
+        other: impl FnMut(u32, &Ray) -> bool,
+        filter: impl FnMut(u32, f32, f32, f32) -> bool,
+        tally: &impl Tally,
+    ) -> bool {
+        let mut any = Any { accel: self, ray, sheared: ShearedRay::new(ray), other, filter, tally };
         self.bvh.visit_any(ray, &mut any)
     }
 
@@ -224,16 +248,17 @@ impl Accel {
     }
 }
 
-struct Closest<'a, O, F> {
+struct Closest<'a, O, F, T> {
     accel: &'a Accel,
     ray: Ray,
     sheared: ShearedRay,
     best: AccelHit,
     other: O,
     filter: F,
+    tally: &'a T,
 }
 
-impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool> Closest<'_, O, F> {
+impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool, T: Tally> Closest<'_, O, F, T> {
     /// Whether a hit at the distance of the best one so far would take its place.
     #[inline(always)]
     fn wins_tie(&self, kind: HitKind, id: u32) -> bool {
@@ -252,12 +277,23 @@ impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool> C
     }
 }
 
-impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool> Visitor for Closest<'_, O, F> {
+impl<O, F, T> Visitor for Closest<'_, O, F, T>
+where
+    O: FnMut(u32, &Ray) -> Option<f32>,
+    F: FnMut(u32, f32, f32, f32) -> bool,
+    T: Tally,
+{
+    #[inline(always)]
+    fn node(&mut self, node: &Node) {
+        self.tally.boxes(|| node.child_count());
+    }
+
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, simd: S, leaf: Leaf, t_max: &mut f32) -> ControlFlow<()> {
         let accel = self.accel;
         if leaf.kind == u32::from(TRIANGLE) {
             let block = accel.block(leaf);
+            self.tally.primitives(|| block.len());
             let Some(hits) = block.intersect(simd, &self.sheared, self.best.t) else {
                 return ControlFlow::Continue(());
             };
@@ -278,6 +314,7 @@ impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool> V
             }
         } else {
             for &id in accel.other_ids(leaf) {
+                self.tally.primitives(|| 1);
                 self.meet_other(id);
             }
         }
@@ -286,19 +323,31 @@ impl<O: FnMut(u32, &Ray) -> Option<f32>, F: FnMut(u32, f32, f32, f32) -> bool> V
     }
 }
 
-struct Any<'a, O, F> {
+struct Any<'a, O, F, T> {
     accel: &'a Accel,
     ray: &'a Ray,
     sheared: ShearedRay,
     other: O,
     filter: F,
+    tally: &'a T,
 }
 
-impl<O: FnMut(u32, &Ray) -> bool, F: FnMut(u32, f32, f32, f32) -> bool> Visitor for Any<'_, O, F> {
+impl<O, F, T> Visitor for Any<'_, O, F, T>
+where
+    O: FnMut(u32, &Ray) -> bool,
+    F: FnMut(u32, f32, f32, f32) -> bool,
+    T: Tally,
+{
+    #[inline(always)]
+    fn node(&mut self, node: &Node) {
+        self.tally.boxes(|| node.child_count());
+    }
+
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, simd: S, leaf: Leaf, _: &mut f32) -> ControlFlow<()> {
         let found = if leaf.kind == u32::from(TRIANGLE) {
             let block = self.accel.block(leaf);
+            self.tally.primitives(|| block.len());
             block.intersect(simd, &self.sheared, self.ray.t_max).is_some_and(
                 #[inline(always)]
                 |hits| {
@@ -311,7 +360,10 @@ impl<O: FnMut(u32, &Ray) -> bool, F: FnMut(u32, f32, f32, f32) -> bool> Visitor 
                 },
             )
         } else {
-            self.accel.other_ids(leaf).iter().any(|&id| (self.other)(id, self.ray))
+            self.accel.other_ids(leaf).iter().any(|&id| {
+                self.tally.primitives(|| 1);
+                (self.other)(id, self.ray)
+            })
         };
         if found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }

@@ -44,6 +44,12 @@ impl TriangleBlock {
         self.id[lane] = id;
     }
 
+    /// How many lanes hold a triangle.
+    #[inline]
+    pub(crate) fn len(&self) -> u32 {
+        self.id.iter().map(|&id| u32::from(id != u32::MAX)).sum()
+    }
+
     /// The identifier of a lane, with [`FILTERED`].
     #[inline(always)]
     pub(crate) fn id(&self, lane: usize) -> u32 {

@@ -17,6 +17,7 @@ mod mesh;
 mod placed;
 mod quadric;
 mod sphere;
+mod tally;
 mod triangle;
 mod triangle_sampling;
 
@@ -34,4 +35,5 @@ pub use placed::{PlacedQuadric, Quadric};
 pub use quadric::QuadricHit;
 pub use sphere::Sphere;
 pub use steradian_math::offset_ray_origin;
+pub use tally::{NoTally, Tally, TestCounts};
 pub use triangle::{ShearedRay, Triangle, TriangleHit};

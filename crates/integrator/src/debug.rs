@@ -1,7 +1,7 @@
 //! Views that show what a ray sees instead of light: normals, albedo, depth, coordinates, openness.
 
 use crate::numbers::{Domain, Numbers};
-use crate::record::{RayKind, Record};
+use crate::record::{self, RayKind, Record};
 use steradian_math::{Frame, INV_2PI, INV_PI, Vec3};
 use steradian_sampling::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use steradian_scene::{CameraRay, World};
@@ -31,7 +31,7 @@ impl View {
     ) -> Lanes {
         record.ray(RayKind::Camera);
         let ray = &camera_ray.ray;
-        let Some(hit) = world.intersect(ray) else { return Lanes::ZERO };
+        let Some(hit) = record::intersect(world, ray, record) else { return Lanes::ZERO };
         let mut surface = world.surface(ray, &hit);
         let shading = world.shading(&mut surface, ray, camera_ray.differential.as_ref(), w);
         let rgb = |r: f32, g: f32, b: f32| Lanes([r, g, b, 0.0]);
@@ -68,7 +68,7 @@ impl AmbientOcclusion {
     ) -> Lanes {
         record.ray(RayKind::Camera);
         let ray = &camera_ray.ray;
-        let Some(hit) = world.intersect(ray) else { return Lanes::ZERO };
+        let Some(hit) = record::intersect(world, ray, record) else { return Lanes::ZERO };
         let surface = world.surface(ray, &hit);
         let n = surface.n.face_forward(-ray.d);
         let u = numbers.two(Domain::Lobe);
@@ -84,6 +84,10 @@ impl AmbientOcclusion {
         let mut shadow = surface.spawn_ray(Frame::from_z(n).from_local(wi));
         shadow.t_max = self.max_distance;
         record.ray(RayKind::Shadow);
-        if world.occluded(&shadow) { Lanes::ZERO } else { world.white(w) * (wi.z / (pdf * std::f32::consts::PI)) }
+        if record::occluded(world, &shadow, record) {
+            Lanes::ZERO
+        } else {
+            world.white(w) * (wi.z / (pdf * std::f32::consts::PI))
+        }
     }
 }

@@ -6,7 +6,7 @@
 //! [`steradian_scene::Distribution::predicted_rays`] tells it beforehand.
 
 use crate::numbers::{Domain, Numbers};
-use crate::record::{RayKind, Record};
+use crate::record::{self, RayKind, Record};
 use steradian_bsdf::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use steradian_math::{ONE_MINUS_EPSILON, Point2, Ray, RayDifferential, Vec3};
 use steradian_scene::{CameraRay, CameraSample, Distribution as Parameters, LightContext, Shading, Surface, World};
@@ -114,7 +114,7 @@ impl Distribution {
     fn follow<N: Numbers, R: Record>(&self, mut branch: Branch, g: &mut Gather<'_, N, R>, w: &mut Wavelengths) {
         let world = g.world;
         let (surface, shading) = loop {
-            let Some(hit) = world.intersect(&branch.ray) else {
+            let Some(hit) = record::intersect(world, &branch.ray, g.record) else {
                 if branch.sees_lights {
                     for &light in world.infinite_lights() {
                         g.radiance += branch.beta * world.environment(light, branch.ray.d, w);
@@ -166,7 +166,7 @@ impl Distribution {
                     continue;
                 }
                 g.record.ray(RayKind::Shadow);
-                if !g.world.occluded(&surface.shadow_ray(&sample)) {
+                if !record::occluded(g.world, &surface.shadow_ray(&sample), g.record) {
                     of_light += value * (1.0 / sample.pdf);
                 }
             }

@@ -4,7 +4,7 @@
 //! Direct light is estimated twice, by sampling a light and by sampling the lobe, and joined with the power heuristic.
 
 use crate::numbers::{Domain, Numbers};
-use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
 use steradian_math::Ray;
 use steradian_sampling::mis::power_weight;
@@ -45,7 +45,7 @@ impl Path {
 
         loop {
             // Find where the ray ends.
-            let Some(hit) = world.intersect(&ray) else {
+            let Some(hit) = record::intersect(world, &ray, record) else {
                 self.add_environment(
                     world,
                     &ray,
@@ -116,33 +116,33 @@ impl Path {
             let wo = frame.to_local(-ray.d);
             let context = LightContext::of_surface(&surface, &frame);
             let (u_light, u_point) = (numbers.one(Domain::Light), numbers.two(Domain::Light));
-            if bsdf.flags().is_non_specular() {
-                if let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths) {
-                    let wi = frame.to_local(sample.wi);
-                    let (f, p) = bsdf.eval_and_pdf(wo, wi, TransportMode::Radiance);
-                    let value = beta * f * sample.radiance;
-                    if !value.is_black() {
-                        let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
-                        let value = value * (weight / sample.pdf);
-                        record.ray(RayKind::Shadow);
-                        let occluded = world.occluded(&surface.shadow_ray(&sample));
-                        if !occluded {
-                            radiance += value;
-                        }
-                        if R::DETAILED {
-                            record.contribution(Contribution {
-                                depth,
-                                technique: Technique::LightSampling,
-                                light: Some(sample.light),
-                                direction: sample.wi,
-                                end: sample.distance.is_finite().then(|| surface.p + sample.wi * sample.distance),
-                                pdf: sample.pdf,
-                                other_pdf: if sample.is_delta { 0.0 } else { p },
-                                weight,
-                                value,
-                                occluded,
-                            });
-                        }
+            if bsdf.flags().is_non_specular()
+                && let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths)
+            {
+                let wi = frame.to_local(sample.wi);
+                let (f, p) = bsdf.eval_and_pdf(wo, wi, TransportMode::Radiance);
+                let value = beta * f * sample.radiance;
+                if !value.is_black() {
+                    let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
+                    let value = value * (weight / sample.pdf);
+                    record.ray(RayKind::Shadow);
+                    let occluded = record::occluded(world, &surface.shadow_ray(&sample), record);
+                    if !occluded {
+                        radiance += value;
+                    }
+                    if R::DETAILED {
+                        record.contribution(Contribution {
+                            depth,
+                            technique: Technique::LightSampling,
+                            light: Some(sample.light),
+                            direction: sample.wi,
+                            end: sample.distance.is_finite().then(|| surface.p + sample.wi * sample.distance),
+                            pdf: sample.pdf,
+                            other_pdf: if sample.is_delta { 0.0 } else { p },
+                            weight,
+                            value,
+                            occluded,
+                        });
                     }
                 }
             }
@@ -182,9 +182,10 @@ impl Path {
                 if u_roulette >= survival {
                     break;
                 }
-                beta = beta * (1.0 / survival);
+                beta *= 1.0 / survival;
             }
         }
+        record.path(depth);
         radiance
     }
 

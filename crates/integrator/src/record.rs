@@ -1,6 +1,8 @@
 //! What an integrator tells about a path while it traces it: counters, the path itself. Costs nothing when off.
 
-use steradian_math::{Normal3, Point3, Vec3};
+use steradian_geometry::TestCounts;
+use steradian_math::{Normal3, Point3, Ray, Vec3};
+use steradian_scene::{Hit, World};
 use steradian_spectrum::Lanes;
 
 /// What a ray is for.
@@ -86,6 +88,8 @@ pub struct Bounce {
 pub trait Record {
     /// Whether vertices and contributions are wanted at all: lets callers skip preparing them.
     const DETAILED: bool = false;
+    /// Whether intersection tests are to be counted.
+    const TESTS: bool = false;
     /// A ray is about to be traced.
     #[inline]
     fn ray(&mut self, _kind: RayKind) {}
@@ -98,6 +102,36 @@ pub trait Record {
     /// The path goes on.
     #[inline]
     fn bounce(&mut self, _b: Bounce) {}
+    /// A ray took so many tests of boxes and of primitives.
+    #[inline]
+    fn tests(&mut self, _boxes: u64, _primitives: u64) {}
+    /// A path ended after so many bounces, the one at which it was absorbed included.
+    #[inline]
+    fn path(&mut self, _bounces: u32) {}
+}
+
+/// [`World::intersect`], with its tests counted if the record wants that.
+#[inline]
+pub(crate) fn intersect<R: Record>(world: &World, ray: &Ray, record: &mut R) -> Option<Hit> {
+    if !R::TESTS {
+        return world.intersect(ray);
+    }
+    let counts = TestCounts::default();
+    let hit = world.intersect_counted(ray, &counts);
+    record.tests(counts.boxes(), counts.primitives());
+    hit
+}
+
+/// [`World::occluded`], with its tests counted if the record wants that.
+#[inline]
+pub(crate) fn occluded<R: Record>(world: &World, ray: &Ray, record: &mut R) -> bool {
+    if !R::TESTS {
+        return world.occluded(ray);
+    }
+    let counts = TestCounts::default();
+    let found = world.occluded_counted(ray, &counts);
+    record.tests(counts.boxes(), counts.primitives());
+    found
 }
 
 /// Nothing is recorded.
@@ -139,6 +173,85 @@ impl Record for RayCounts {
             RayKind::Scattered => self.scattered += 1,
             RayKind::Shadow => self.shadow += 1,
         }
+    }
+}
+
+/// What a render is counted in: rays alone, or all of [`Counters`].
+pub trait Count: Record + Clone + Default + Send {
+    /// Adds the counts of another thread.
+    fn merge(&mut self, o: &Self);
+    /// The rays.
+    fn rays(&self) -> RayCounts;
+}
+
+impl Count for RayCounts {
+    fn merge(&mut self, o: &Self) {
+        Self::merge(self, o);
+    }
+    fn rays(&self) -> RayCounts {
+        *self
+    }
+}
+
+/// Path lengths from here on are counted together.
+pub const LONGEST_COUNTED: usize = 64;
+
+/// All counters: what a picture costs, in units that do not depend on the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counters {
+    /// Rays by kind.
+    pub rays: RayCounts,
+    /// Boxes tested.
+    pub box_tests: u64,
+    /// Triangles, other shapes and instances tested.
+    pub primitive_tests: u64,
+    /// How many paths ended after 0, 1, 2, ... bounces; the last entry holds all longer ones. Path tracing only.
+    pub path_lengths: [u64; LONGEST_COUNTED + 1],
+}
+
+impl Default for Counters {
+    fn default() -> Self {
+        Self { rays: RayCounts::default(), box_tests: 0, primitive_tests: 0, path_lengths: [0; LONGEST_COUNTED + 1] }
+    }
+}
+
+impl Counters {
+    /// The mean number of bounces of a path; zero if there is none.
+    pub fn mean_path_length(&self) -> f64 {
+        let paths: u64 = self.path_lengths.iter().sum();
+        let bounces: u64 = self.path_lengths.iter().zip(0..).map(|(n, length)| n * length).sum();
+        if paths == 0 { 0.0 } else { bounces as f64 / paths as f64 }
+    }
+}
+
+impl Record for Counters {
+    const TESTS: bool = true;
+    #[inline]
+    fn ray(&mut self, kind: RayKind) {
+        self.rays.ray(kind);
+    }
+    #[inline]
+    fn tests(&mut self, boxes: u64, primitives: u64) {
+        self.box_tests += boxes;
+        self.primitive_tests += primitives;
+    }
+    #[inline]
+    fn path(&mut self, bounces: u32) {
+        self.path_lengths[(bounces as usize).min(LONGEST_COUNTED)] += 1;
+    }
+}
+
+impl Count for Counters {
+    fn merge(&mut self, o: &Self) {
+        self.rays.merge(&o.rays);
+        self.box_tests += o.box_tests;
+        self.primitive_tests += o.primitive_tests;
+        for (a, b) in self.path_lengths.iter_mut().zip(o.path_lengths) {
+            *a += b;
+        }
+    }
+    fn rays(&self) -> RayCounts {
+        self.rays
     }
 }
 

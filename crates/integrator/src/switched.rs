@@ -6,7 +6,7 @@
 
 use crate::lobe_sampling;
 use crate::numbers::{Domain, Numbers};
-use crate::record::{Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use steradian_bsdf::{Bsdf, Lobe, Lobes};
 use steradian_math::{Ray, RayDifferential, Vec3};
 use steradian_sampling::mis::{balance_heuristic, power_heuristic};
@@ -87,11 +87,12 @@ impl SwitchedPath {
         record: &mut R,
     ) {
         loop {
-            let Some(hit) = world.intersect(&walk.ray) else {
+            let Some(hit) = record::intersect(world, &walk.ray, record) else {
                 for &light in world.infinite_lights() {
                     let emitted = world.environment(light, walk.ray.d, wavelengths);
                     self.add_hit(&walk, emitted, Some(light), None, radiance, world, record);
                 }
+                record.path(walk.depth);
                 return;
             };
             let mut surface = world.surface(&walk.ray, &hit);
@@ -100,6 +101,7 @@ impl SwitchedPath {
                 self.add_hit(&walk, emitted, surface.light, Some(&surface), radiance, world, record);
             }
             if walk.depth == self.max_depth {
+                record.path(walk.depth);
                 return;
             }
             let Some(mut shading) = world.shading(&mut surface, &walk.ray, walk.differential.as_ref(), wavelengths)
@@ -135,12 +137,17 @@ impl SwitchedPath {
             if parts == 1 {
                 match self.scatter(&walk, &here, 1.0, numbers, record) {
                     Some(next) => walk = next,
-                    None => return,
+                    None => {
+                        record.path(walk.depth);
+                        return;
+                    }
                 }
             } else {
                 for _ in 0..parts {
                     if let Some(next) = self.scatter(&walk, &here, parts as f32, numbers, record) {
                         self.follow(next, radiance, world, wavelengths, numbers, record);
+                    } else {
+                        record.path(walk.depth);
                     }
                 }
                 return;
@@ -222,7 +229,7 @@ impl SwitchedPath {
         };
         let value = value * (weight / sample.pdf);
         record.ray(RayKind::Shadow);
-        let occluded = world.occluded(&here.surface.shadow_ray(&sample));
+        let occluded = record::occluded(world, &here.surface.shadow_ray(&sample), record);
         if !occluded {
             *radiance += value;
         }
@@ -288,7 +295,7 @@ impl SwitchedPath {
             if u_roulette >= survival {
                 return None;
             }
-            next.beta = next.beta * (1.0 / survival);
+            next.beta *= 1.0 / survival;
         }
         Some(next)
     }

@@ -6,7 +6,7 @@
 //! Dirac get an ambient term instead of the light between surfaces. How lamps become points:
 //! [`World::light_points`]. Environments are seen, directly and in mirrors, and light nothing else.
 
-use crate::record::{RayKind, Record};
+use crate::record::{self, RayKind, Record};
 use steradian_bsdf::{Bsdf, Conductor, Dielectric, Lobe, LobeSample, Lobes, Part, TransportMode, TrowbridgeReitz};
 use steradian_math::{Ray, RayDifferential, Vec3};
 use steradian_scene::{CameraRay, LightContext, Shading, Surface, World};
@@ -71,7 +71,7 @@ impl Whitted {
         record: &mut R,
     ) -> Option<Branch> {
         let (surface, shading) = loop {
-            let Some(hit) = world.intersect(&branch.ray) else {
+            let Some(hit) = record::intersect(world, &branch.ray, record) else {
                 for &light in world.infinite_lights() {
                     *radiance += branch.beta * world.environment(light, branch.ray.d, wavelengths);
                 }
@@ -144,7 +144,9 @@ impl Whitted {
             let value = bsdf.eval_cos(wo, frame.to_local(sample.wi), MODE) * sample.radiance;
             if !value.is_black() {
                 record.ray(RayKind::Shadow);
-                if world.sees_light_point(surface, point, &sample) {
+                // A lamp casts no shadow of its own, and its point may be inside it.
+                let ray = surface.shadow_ray(&sample);
+                if record::intersect(world, &ray, record).is_none_or(|hit| world.is_light_point(&ray, &hit, point)) {
                     sum += value;
                 }
             }
@@ -154,7 +156,7 @@ impl Whitted {
             let value = bsdf.eval_cos(wo, frame.to_local(sample.wi), MODE) * sample.radiance;
             if !value.is_black() {
                 record.ray(RayKind::Shadow);
-                if !world.occluded(&surface.shadow_ray(&sample)) {
+                if !record::occluded(world, &surface.shadow_ray(&sample), record) {
                     sum += value;
                 }
             }

@@ -6,6 +6,6 @@ mod sample;
 mod sums;
 
 pub use film::{Film, TILE_SIZE, Tile};
-pub use renderer::{BadSample, Fault, Observer, Outcome, Plan, Progress, Quiet, Rendered, render};
+pub use renderer::{BadSample, Fault, Observer, Outcome, Plan, Progress, Quiet, Rendered, render, render_counted};
 pub use sample::{PixelSampler, Sampled};
 pub use sums::{PixelStack, PixelSum};

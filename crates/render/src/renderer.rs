@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-use steradian_integrator::record::RayCounts;
+use steradian_integrator::record::{Count, Counters, RayCounts};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
 
@@ -108,6 +108,21 @@ const LARGEST_PASS: u32 = 16;
 
 /// Renders the world's film. The image depends on nothing in `plan` but `spp`.
 pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
+    run::<RayCounts>(world, plan, observer, cancel).0
+}
+
+/// As [`render`], counting intersection tests and path lengths as well; slower, and the image is the same. The counts
+/// are those of what was traced, an abandoned pass included.
+pub fn render_counted(
+    world: &World,
+    plan: &Plan,
+    observer: &dyn Observer,
+    cancel: &AtomicBool,
+) -> (Rendered, Counters) {
+    run::<Counters>(world, plan, observer, cancel)
+}
+
+fn run<C: Count>(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let start = Instant::now();
     let sampler = PixelSampler::new(world);
     let mut film = Film::new(world.settings().film.pixel_bounds);
@@ -117,7 +132,7 @@ pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &Atom
         cancel,
         start,
         done: AtomicUsize::new(0),
-        tally: Mutex::new(Tally::default()),
+        tally: Mutex::new(Tally::<C>::default()),
         last_report: Mutex::new(start),
     };
     let mut taken = 0;
@@ -139,25 +154,26 @@ pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &Atom
         observer.pass(&film, &job.report([taken, plan.spp], 0.0, relative_error));
     };
     let tally = job.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    Rendered {
+    let rendered = Rendered {
         film,
         spp: taken,
         outcome,
-        rays: tally.rays,
+        rays: tally.counts.rays(),
         elapsed: start.elapsed(),
         bad: tally.bad,
         bad_count: tally.bad_count,
-    }
+    };
+    (rendered, tally.counts)
 }
 
 #[derive(Default)]
-struct Tally {
-    rays: RayCounts,
+struct Tally<C> {
+    counts: C,
     bad: Vec<BadSample>,
     bad_count: u64,
 }
 
-impl Tally {
+impl<C> Tally<C> {
     fn remember(&mut self, mut bad: Vec<BadSample>, count: u64) {
         self.bad_count += count;
         self.bad.append(&mut bad);
@@ -167,19 +183,19 @@ impl Tally {
     }
 }
 
-struct Job<'a, 'w> {
+struct Job<'a, 'w, C> {
     sampler: &'a PixelSampler<'w>,
     observer: &'a dyn Observer,
     cancel: &'a AtomicBool,
     start: Instant,
     done: AtomicUsize,
-    tally: Mutex<Tally>,
+    tally: Mutex<Tally<C>>,
     last_report: Mutex<Instant>,
 }
 
-impl Job<'_, '_> {
+impl<C: Count> Job<'_, '_, C> {
     fn report(&self, spp: [u32; 2], part: f64, relative_error: Option<f32>) -> Progress {
-        let rays = self.tally.lock().map_or(0, |t| t.rays.total());
+        let rays = self.tally.lock().map_or(0, |t| t.counts.rays().total());
         Progress {
             spp,
             fraction: ((f64::from(spp[0]) + part) / f64::from(spp[1].max(1))).min(1.0),
@@ -237,13 +253,22 @@ impl Job<'_, '_> {
     }
 
     fn tile(&self, tile: &mut Tile, end: u32, sampler: &mut Sampler) {
-        let mut rays = RayCounts::default();
+        let mut counts = C::default();
         let (mut bad, mut bad_count) = (Vec::new(), 0);
         tile.extend(end, |pixel, range, stack| {
             let mut next = range.start;
             while next < range.end {
                 let run = catch_unwind(AssertUnwindSafe(|| {
-                    self.pixel(pixel, next..range.end, &mut next, sampler, stack, &mut rays, &mut bad, &mut bad_count);
+                    self.pixel(
+                        pixel,
+                        next..range.end,
+                        &mut next,
+                        sampler,
+                        stack,
+                        &mut counts,
+                        &mut bad,
+                        &mut bad_count,
+                    );
                 }));
                 if let Err(payload) = run {
                     let sample = next;
@@ -257,7 +282,7 @@ impl Job<'_, '_> {
             }
         });
         let mut tally = self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        tally.rays.merge(&rays);
+        tally.counts.merge(&counts);
         if bad_count > 0 {
             tally.remember(bad, bad_count);
         }
@@ -270,13 +295,13 @@ impl Job<'_, '_> {
         next: &mut u32,
         sampler: &mut Sampler,
         stack: &mut PixelStack,
-        rays: &mut RayCounts,
+        counts: &mut C,
         bad: &mut Vec<BadSample>,
         bad_count: &mut u64,
     ) {
         for index in range {
             *next = index;
-            let sampled = self.sampler.sample(sampler, pixel, index, rays);
+            let sampled = self.sampler.sample(sampler, pixel, index, counts);
             let sum = if sampled.rgb.iter().all(|v| v.is_finite()) {
                 PixelSum::of(sampled.rgb)
             } else {

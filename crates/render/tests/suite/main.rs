@@ -1,5 +1,6 @@
 //! Renders of small scenes: exact values, and the same bits whatever the threads.
 
+mod counters;
 mod determinism;
 mod furnace;
 mod scenes;

@@ -76,7 +76,7 @@ fn mirrors_multiply() {
         s.primitives.push(front);
         let back = screen(&mut s, -1.0, 1.0, fifth);
         s.primitives.push(Primitive { area_light: Some(area_light(3.0, true)), ..back });
-        let expected: f32 = (0..terms).map(|k| 1.5 * 0.1f32.powf(k as f32)).sum();
+        let expected: f32 = (0..terms).map(|k| 1.5 * steradian_math::powf(0.1, k as f32)).sum();
         assert_close(pixel(s), expected, &format!("depth {depth}"));
     }
 }

@@ -57,7 +57,7 @@ fn run(scene: Scene, spp: u32) -> Rendered {
 fn quarters(r: &Rendered) -> Vec<(f64, f64)> {
     let [width, height] = r.film.size();
     let (mean, variance) = (r.film.mean(), r.film.variance());
-    let mut sums = vec![(0.0, 0.0); 12];
+    let mut sums = [(0.0, 0.0); 12];
     for (i, (m, v)) in mean.iter().zip(&variance).enumerate() {
         let quarter = usize::from(i % width >= width / 2) + 2 * usize::from(i / width >= height / 2);
         for c in 0..3 {

@@ -18,7 +18,7 @@ pub use texture::TextureContext;
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
-use steradian_geometry::HitKind;
+use steradian_geometry::{HitKind, NoTally, Tally};
 use steradian_image::Pyramid;
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
 use steradian_sampling::rng::hash_f32;
@@ -156,20 +156,26 @@ impl World {
     /// Hits at equal distance are told apart by number, so the answer does not depend on the order of traversal.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.intersect_group(0, ray)
+        self.intersect_group(0, ray, &NoTally)
     }
 
-    fn intersect_group(&self, group_index: u32, ray: &Ray) -> Option<Hit> {
+    /// As [`World::intersect`], counting intersection tests.
+    pub fn intersect_counted(&self, ray: &Ray, tally: &impl Tally) -> Option<Hit> {
+        self.intersect_group(0, ray, tally)
+    }
+
+    fn intersect_group<T: Tally>(&self, group_index: u32, ray: &Ray, tally: &T) -> Option<Hit> {
         let group = &self.groups[group_index as usize];
         let mut last: Option<Hit> = None;
-        let hit = group.accel.closest(
+        let hit = group.accel.closest_counted(
             ray,
             |id, ray| {
-                let hit = self.intersect_other(group_index, group, group.others[id as usize], ray)?;
+                let hit = self.intersect_other(group_index, group, group.others[id as usize], ray, tally)?;
                 last = Some(hit);
                 Some(hit.t)
             },
             |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+            tally,
         )?;
         match hit.kind {
             HitKind::Triangle => Some(Hit {
@@ -182,12 +188,19 @@ impl World {
         }
     }
 
-    fn intersect_other(&self, group_index: u32, group: &Group, other: Other, ray: &Ray) -> Option<Hit> {
+    fn intersect_other<T: Tally>(
+        &self,
+        group_index: u32,
+        group: &Group,
+        other: Other,
+        ray: &Ray,
+        tally: &T,
+    ) -> Option<Hit> {
         match other {
             Other::Instance(i) => {
                 let instance = &self.instances[i as usize];
                 let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
-                let mut hit = self.intersect_group(instance.group, &local)?;
+                let mut hit = self.intersect_group(instance.group, &local, tally)?;
                 hit.instance = i;
                 Some(hit)
             }
@@ -236,22 +249,28 @@ impl World {
     /// Whether anything is in the way of a ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.occluded_in_group(0, ray)
+        self.occluded_in_group(0, ray, &NoTally)
     }
 
-    fn occluded_in_group(&self, group_index: u32, ray: &Ray) -> bool {
+    /// As [`World::occluded`], counting intersection tests.
+    pub fn occluded_counted(&self, ray: &Ray, tally: &impl Tally) -> bool {
+        self.occluded_in_group(0, ray, tally)
+    }
+
+    fn occluded_in_group<T: Tally>(&self, group_index: u32, ray: &Ray, tally: &T) -> bool {
         let group = &self.groups[group_index as usize];
-        group.accel.any(
+        group.accel.any_counted(
             ray,
             |id, ray| match group.others[id as usize] {
                 Other::Instance(i) => {
                     let instance = &self.instances[i as usize];
                     let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
-                    self.occluded_in_group(instance.group, &local)
+                    self.occluded_in_group(instance.group, &local, tally)
                 }
-                other => self.intersect_other(group_index, group, other, ray).is_some(),
+                other => self.intersect_other(group_index, group, other, ray, tally).is_some(),
             },
             |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+            tally,
         )
     }
 

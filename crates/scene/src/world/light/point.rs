@@ -8,8 +8,8 @@
 
 use super::{Far, LightContext, LightSample, Lights};
 use crate::LightCensus;
-use crate::world::{Surface, World};
-use steradian_math::{Normal3, Point2, Point3, Vec3};
+use crate::world::{Hit, World};
+use steradian_math::{Normal3, Point2, Point3, Ray, Vec3};
 use steradian_spectrum::Wavelengths;
 
 /// A lamp as a point.
@@ -126,12 +126,8 @@ impl World {
         })
     }
 
-    /// Whether nothing but the lamp itself stands between a surface and its point.
-    pub fn sees_light_point(&self, surface: &Surface, point: &LightPoint, sample: &LightSample) -> bool {
-        let ray = surface.shadow_ray(sample);
-        match self.intersect(&ray) {
-            None => true,
-            Some(hit) => self.surface(&ray, &hit).emission.is_some_and(|(e, _)| e == point.emission),
-        }
+    /// Whether what a shadow ray met is the lamp itself: it casts no shadow of its own.
+    pub fn is_light_point(&self, ray: &Ray, hit: &Hit, point: &LightPoint) -> bool {
+        self.surface(ray, hit).emission.is_some_and(|(e, _)| e == point.emission)
     }
 }
