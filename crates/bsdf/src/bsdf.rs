@@ -8,6 +8,7 @@ use crate::hair::Hair;
 use crate::layered::{CoatedConductor, CoatedDiffuse};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use crate::measured::Measured;
+use crate::subsurface::SubsurfaceExit;
 use crate::thin_dielectric::ThinDielectric;
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
@@ -25,6 +26,7 @@ pub enum Bsdf<'w> {
     CoatedConductor(CoatedConductor),
     Hair(Hair),
     Measured(Measured<'w>),
+    SubsurfaceExit(SubsurfaceExit),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -40,6 +42,7 @@ macro_rules! with_lobe {
             Bsdf::CoatedConductor($lobe) => $body,
             Bsdf::Hair($lobe) => $body,
             Bsdf::Measured($lobe) => $body,
+            Bsdf::SubsurfaceExit($lobe) => $body,
         }
     };
 }
@@ -104,6 +107,7 @@ impl Bsdf<'_> {
             Self::CoatedConductor(_) => "coated conductor",
             Self::Hair(_) => "hair",
             Self::Measured(_) => "measured",
+            Self::SubsurfaceExit(_) => "subsurface exit",
         }
     }
 
@@ -129,7 +133,17 @@ macro_rules! from_lobe {
     };
 }
 
-from_lobe!(Diffuse, Conductor, Dielectric, ThinDielectric, DiffuseTransmission, CoatedDiffuse, CoatedConductor, Hair);
+from_lobe!(
+    Diffuse,
+    Conductor,
+    Dielectric,
+    ThinDielectric,
+    DiffuseTransmission,
+    CoatedDiffuse,
+    CoatedConductor,
+    Hair,
+    SubsurfaceExit
+);
 
 impl<'w> From<Measured<'w>> for Bsdf<'w> {
     #[inline]

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 use steradian_bsdf::{
     Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, Lobe, LobeSample, Lobes,
-    Measured, MeasuredMaterial, MeasuredTables, Part, ThinDielectric, TransportMode, TrowbridgeReitz,
+    Measured, MeasuredMaterial, MeasuredTables, Part, SubsurfaceExit, ThinDielectric, TransportMode, TrowbridgeReitz,
 };
 use steradian_math::Vec3;
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -94,6 +94,7 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
         ("edge of black hair", Hair::new(-0.95, 1.55, Lanes([3.0, 5.0, 9.0, 2.0]), 0.3, 0.4, 2.0).into()),
         ("measured", Measured::new(&ISOTROPIC, &Wavelengths::sample_uniform(0.1, 400.0, 700.0)).into()),
         ("measured, anisotropic, in RGB", Measured::new(&ANISOTROPIC, &Wavelengths::rgb()).into()),
+        ("subsurface exit", SubsurfaceExit::new(1.4).into()),
         ("rough fur", Hair::new(-0.6, 1.4, Lanes([0.4, 0.1, 1.0, 0.2]), 0.9, 0.9, 5.0).into()),
         ("paint", paint(Dielectric::new(1.5, TrowbridgeReitz::smooth()), Coating::default()).into()),
         ("matt paint", paint(Dielectric::new(1.5, ggx(0.4, 0.4)), Coating { walks: 2, ..Coating::default() }).into()),
@@ -110,9 +111,9 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
 }
 
 /// Attenuation in hair depends on the viewing direction alone, and so do the tables of measurements; neither is the same
-/// both ways.
+/// both ways. Leaving the inside is half of an event.
 fn is_reciprocal(bsdf: &Bsdf) -> bool {
-    !is_layered(bsdf) && !matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_))
+    !is_layered(bsdf) && !matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_) | Bsdf::SubsurfaceExit(_))
 }
 
 fn is_layered(bsdf: &Bsdf) -> bool {
