@@ -332,6 +332,26 @@ fn films_without_pixels_and_with_too_many() {
 }
 
 #[test]
+fn lights_with_pictures_and_portals_must_make_sense() {
+    assert_eq!(
+        world("LightSource \"goniometric\" LightSource \"projection\""),
+        [
+            "error: LightSource \"goniometric\" needs a `filename`",
+            "error: LightSource \"projection\" needs a `filename`"
+        ]
+    );
+    let portal =
+        |corners: &str| world(&format!("LightSource \"infinite\" \"rgb L\" [1 1 1] \"point3 portal\" [{corners}]"));
+    assert_eq!(portal("0 0 0  0 1 0  1 1 0  1 0 0"), Vec::<String>::new());
+    assert_eq!(portal("0 0 0  0 1 0  1 1 0"), ["error: a `portal` has four corners, not 3"]);
+    assert_eq!(
+        portal("0 0 0  0 1 0  1 1 0  2 0 0"),
+        ["error: the `portal` is not a rectangle with its corners in order"]
+    );
+    assert_eq!(portal("0 0 0  0 0 0  1 1 0  1 0 0"), ["error: two corners of the `portal` are the same"]);
+}
+
+#[test]
 fn what_is_not_supported_says_what_happens_instead() {
     assert_eq!(
         problems("Integrator \"bdpt\" \"integer maxdepth\" 3\nFilm \"gbuffer\"\nSampler \"pmj02bn\"\nWorldBegin"),
@@ -349,7 +369,6 @@ fn what_is_not_supported_says_what_happens_instead() {
         world("Material \"subsurface\" \"float scale\" 3"),
         ["warning: the `subsurface` material is not supported yet; `diffuse` is used instead"]
     );
-    assert_eq!(world("LightSource \"goniometric\""), ["error: the `goniometric` light is not supported yet"]);
     assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),
         ["warning: a shape with an `interface` material cannot emit; its area light is ignored"]

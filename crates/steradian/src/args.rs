@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
 use crate::numbers::{Crop, ExposureArg, Pixel, Size};
+use crate::technique_args::TechniqueArgs;
 
 /// What `--help` says first.
 const ABOUT: &str = "Steradian turns a description of a scene into a photograph of it, by following light.";
@@ -149,6 +150,9 @@ pub(crate) struct PictureArgs {
     /// Follow wavelengths, or only red, green and blue
     #[arg(long, value_name = "MODE")]
     pub color: Option<ColorArg>,
+
+    #[command(flatten)]
+    pub technique: TechniqueArgs,
 }
 
 /// More than any picture needs, and the most that single precision sums are good for.
@@ -167,6 +171,10 @@ pub(crate) struct RunArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Start even what would take absurdly many rays
+    #[arg(long)]
+    pub yes: bool,
 }
 
 /// The integrators.
@@ -174,6 +182,10 @@ pub(crate) struct RunArgs {
 pub(crate) enum IntegratorArg {
     /// Paths from the camera, with light sampling
     Path,
+    /// Whitted 1980: mirrors, refraction, and lamps as points
+    Whitted,
+    /// Cook 1984: rays distributed over pixel, lens, lamps, lobes and time at each hit
+    Distribution,
     /// Shading normals as colours
     Normals,
     /// Reflected share of light

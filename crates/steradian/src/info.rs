@@ -170,6 +170,9 @@ fn light_name(light: &Light) -> &'static str {
         Light::Point { .. } => "point",
         Light::Spot { .. } => "spot",
         Light::Distant { .. } => "distant",
+        Light::Goniometric { .. } => "goniometric",
+        Light::Projection { .. } => "projection",
+        Light::PortalInfinite { .. } => "infinite behind a portal",
         Light::UniformInfinite { .. } => "uniform infinite",
         Light::ImageInfinite { .. } => "image infinite",
     }

@@ -16,6 +16,7 @@ mod output;
 mod overrides;
 mod progress;
 mod render;
+mod technique_args;
 mod trace;
 
 use std::ffi::OsString;

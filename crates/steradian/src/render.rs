@@ -30,6 +30,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     };
     let start = Instant::now();
     let world = opened::build(opened.scene)?;
+    opened::check_cost(&world, args.run.yes)?;
     console.say(format_args!(
         "{}: read in {}, prepared in {}",
         opened.name,

@@ -11,6 +11,7 @@ mod texture;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{LightContext, LightPoint, LightSample};
+pub(crate) use light::{mean_intensity, projected_luminance};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
