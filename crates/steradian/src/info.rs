@@ -106,6 +106,8 @@ fn scattering_name(scattering: &Scattering) -> &'static str {
         Scattering::DiffuseTransmission { .. } => "diffuse transmission",
         Scattering::CoatedDiffuse { .. } => "coated diffuse",
         Scattering::CoatedConductor { .. } => "coated conductor",
+        Scattering::Hair { .. } => "hair",
+        Scattering::Measured(_) => "measured",
         Scattering::Mix { .. } => "mix",
         Scattering::Interface => "interface",
     }

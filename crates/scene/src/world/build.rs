@@ -4,6 +4,7 @@ use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
 use super::{World, WorldInstance};
 use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
+use steradian_geometry::PreparedTriangle;
 use steradian_image::{Lookup, Pyramid};
 use steradian_math::{AnimatedTransform, Bounds3, PI};
 
@@ -180,7 +181,13 @@ impl World {
             };
             for shape in shapes {
                 let scale = self.emission_scale(light, &shape);
-                emitters.push(Emitter { shape, emission, scale });
+                let prepared = match shape {
+                    EmitterShape::Triangle(mesh, face) => {
+                        PreparedTriangle::new(&self.scene.triangle_meshes[mesh], face as usize)
+                    }
+                    _ => None,
+                };
+                emitters.push(Emitter { shape, emission, scale, prepared });
             }
             self.area_lights.push(light.clone());
         }
