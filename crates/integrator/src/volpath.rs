@@ -53,7 +53,7 @@ enum Flown {
 
 /// A vertex that light is sampled for.
 enum Vertices<'a> {
-    Surface { surface: &'a Surface, frame: &'a Frame, bsdf: &'a Bsdf },
+    Surface { surface: &'a Surface, frame: &'a Frame, bsdf: &'a Bsdf<'a> },
     Medium { p: Point3, phase: HenyeyGreenstein },
 }
 

@@ -7,6 +7,7 @@ mod files;
 pub mod nanovdb;
 mod pbrt;
 pub mod ply;
+mod tensor;
 
 pub use files::{Disk, FileAccess, Memory};
 pub use pbrt::{Input, LoadOptions, LoadOutcome, load_pbrt};

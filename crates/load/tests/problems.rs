@@ -362,8 +362,8 @@ fn what_is_not_supported_says_what_happens_instead() {
         ]
     );
     assert_eq!(
-        world("Material \"hair\" \"float beta_m\" .3"),
-        ["warning: the `hair` material is not supported yet; `diffuse` is used instead"]
+        world("Material \"subsurface\" \"float scale\" 3"),
+        ["warning: the `subsurface` material is not supported yet; `diffuse` is used instead"]
     );
     assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),

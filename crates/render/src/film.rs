@@ -1,25 +1,48 @@
 //! The film: tiles of pixel sums, and the image that they amount to.
 
-use crate::sums::{PixelStack, PixelSum, bits};
+use crate::fault::BadSample;
+use crate::sums::{Node, PixelStack, PixelSum};
+use steradian_integrator::record::RayCounts;
 
-/// Width and height of a tile. Part of no result: pixels do not know their tile.
+/// Width and height of a tile. Part of no result but an adaptive one, whose sample counts are those of tiles.
 pub const TILE_SIZE: u32 = 16;
 
-/// A rectangle of pixels with one plane of partial sums for each bit of its sample count.
-#[derive(Clone, Debug)]
+/// So many bad samples of a tile are remembered, and as many of the film.
+pub(crate) const REMEMBERED: usize = 16;
+
+/// A rectangle of pixels, with the partial sums of a range of samples.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     /// First pixel in x and y, in the full image.
     pub origin: [u32; 2],
     /// Width and height.
     pub size: [u32; 2],
-    /// Samples taken in every pixel.
-    pub samples: u32,
-    planes: Vec<Vec<PixelSum>>,
+    /// The first sample of every pixel; 0 but for the part of a distributed render.
+    pub first: u32,
+    /// The sample after the last.
+    pub end: u32,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// The first samples that went wrong.
+    pub bad: Vec<BadSample>,
+    /// How many went wrong in all.
+    pub bad_count: u64,
+    /// For each node of the range, one sum for each pixel.
+    pub(crate) nodes: Vec<(Node, Vec<PixelSum>)>,
 }
 
 impl Tile {
-    fn new(origin: [u32; 2], size: [u32; 2]) -> Self {
-        Self { origin, size, samples: 0, planes: Vec::new() }
+    pub(crate) fn new(origin: [u32; 2], size: [u32; 2]) -> Self {
+        Self {
+            origin,
+            size,
+            first: 0,
+            end: 0,
+            rays: RayCounts::default(),
+            bad: Vec::new(),
+            bad_count: 0,
+            nodes: Vec::new(),
+        }
     }
 
     /// The number of pixels.
@@ -32,51 +55,83 @@ impl Tile {
         self.len() == 0
     }
 
+    /// Samples taken in every pixel.
+    pub fn samples(&self) -> u32 {
+        self.end - self.first
+    }
+
     /// The position of pixel `i` in the full image.
     pub fn pixel(&self, i: usize) -> [u32; 2] {
         let i = i as u32;
         [self.origin[0] + i % self.size[0], self.origin[1] + i / self.size[0]]
     }
 
-    /// Adds samples `self.samples .. end` to every pixel: `fill(pixel, stack)` pushes them in order.
+    /// Adds samples `self.end .. end` to every pixel: `fill(pixel, range, stack)` pushes them in order.
     pub fn extend(&mut self, end: u32, mut fill: impl FnMut([u32; 2], std::ops::Range<u32>, &mut PixelStack)) {
-        let begin = self.samples;
+        let begin = self.end;
         if end <= begin {
             return;
         }
-        for k in bits(end) {
-            if self.planes.len() <= k {
-                self.planes.resize_with(k + 1, Vec::new);
-            }
-            if self.planes[k].is_empty() {
-                self.planes[k] = vec![PixelSum::default(); self.len()];
-            }
-        }
-        let mut stack = PixelStack::new();
+        let mut stack = PixelStack::new(begin);
+        let mut fresh: Vec<(Node, Vec<PixelSum>)> = Vec::new();
         for i in 0..self.len() {
-            stack.resume(begin, |k| self.planes[k][i]);
+            stack.resume(begin, self.nodes.iter().map(|(node, sums)| (*node, sums[i])));
             fill(self.pixel(i), begin..end, &mut stack);
-            for k in bits(end) {
-                self.planes[k][i] = stack.level(k);
+            if i == 0 {
+                fresh = stack.nodes().map(|(node, _)| (node, vec![PixelSum::default(); self.len()])).collect();
+            }
+            for ((_, sums), (_, sum)) in fresh.iter_mut().zip(stack.nodes()) {
+                sums[i] = sum;
             }
         }
-        self.samples = end;
-        // A plane whose bit is clear holds nothing: give its memory back, so that memory does not grow with samples.
-        for (k, plane) in self.planes.iter_mut().enumerate() {
-            if end & (1 << k) == 0 {
-                *plane = Vec::new();
-            }
-        }
+        self.nodes = fresh;
+        self.end = end;
     }
 
     /// The sum over all samples of pixel `i`, joined from small to large.
     pub fn sum(&self, i: usize) -> PixelSum {
-        bits(self.samples).map(|k| self.planes[k][i]).reduce(|a, b| b.add(&a)).unwrap_or_default()
+        self.nodes.iter().rev().map(|(_, sums)| sums[i]).reduce(|a, b| b.add(&a)).unwrap_or_default()
+    }
+
+    /// Notes what went wrong, by place, not by time: the report is the same for any number of threads.
+    pub(crate) fn remember(&mut self, mut bad: Vec<BadSample>, count: u64) {
+        self.bad_count += count;
+        self.bad.append(&mut bad);
+        sort_bad(&mut self.bad);
+    }
+
+    /// Joins the samples that follow on this tile's, taken elsewhere. `false` if they do not follow.
+    pub(crate) fn append(&mut self, next: &Tile) -> bool {
+        if next.first != self.end || next.origin != self.origin || next.size != self.size {
+            return false;
+        }
+        for (node, sums) in &next.nodes {
+            let (mut node, mut sums) = (*node, sums.clone());
+            while let Some((left, _)) = self.nodes.last()
+                && let Some(joined) = node.join(left)
+            {
+                if let Some((_, left_sums)) = self.nodes.pop() {
+                    sums.iter_mut().zip(&left_sums).for_each(|(right, left)| *right = left.add(right));
+                }
+                node = joined;
+            }
+            self.nodes.push((node, sums));
+        }
+        self.end = next.end;
+        self.rays.merge(&next.rays);
+        self.remember(next.bad.clone(), next.bad_count);
+        true
     }
 }
 
+/// Keeps the first few.
+pub(crate) fn sort_bad(bad: &mut Vec<BadSample>) {
+    bad.sort_by_key(|b| (b.sample, b.pixel[1], b.pixel[0]));
+    bad.truncate(REMEMBERED);
+}
+
 /// The pixels of the rendered part of the image.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// x0, x1, y0, y1 in the full image, the ends excluded.
     pub bounds: [u32; 4],
@@ -103,6 +158,11 @@ impl Film {
         [(x1 - x0) as usize, (y1 - y0) as usize]
     }
 
+    /// Columns and rows of tiles.
+    pub fn grid(&self) -> [usize; 2] {
+        self.size().map(|n| n.div_ceil(TILE_SIZE as usize))
+    }
+
     /// One value for each pixel, row by row, from the pixel's sum and sample count.
     pub fn map<T: Clone + Default>(&self, mut f: impl FnMut(&PixelSum, u32) -> T) -> Vec<T> {
         let [width, height] = self.size();
@@ -111,7 +171,7 @@ impl Film {
             for i in 0..tile.len() {
                 let [x, y] = tile.pixel(i);
                 let at = (y - self.bounds[2]) as usize * width + (x - self.bounds[0]) as usize;
-                out[at] = f(&tile.sum(i), tile.samples);
+                out[at] = f(&tile.sum(i), tile.samples());
             }
         }
         out
@@ -127,18 +187,50 @@ impl Film {
         self.map(|s, n| s.variance_of_mean(n))
     }
 
+    /// The least and the greatest number of samples in a pixel.
+    pub fn samples(&self) -> [u32; 2] {
+        let all = || self.tiles.iter().map(Tile::samples);
+        [all().min().unwrap_or(0), all().max().unwrap_or(0)]
+    }
+
+    /// Samples in all pixels together.
+    pub fn total_samples(&self) -> u64 {
+        self.tiles.iter().map(|t| t.len() as u64 * u64::from(t.samples())).sum()
+    }
+
+    /// Samples per pixel, on average.
+    pub fn average_samples(&self) -> f64 {
+        let [w, h] = self.size();
+        self.total_samples() as f64 / ((w * h) as f64).max(1.0)
+    }
+
+    /// Rays traced.
+    pub fn rays(&self) -> RayCounts {
+        self.tiles.iter().fold(RayCounts::default(), |mut sum, t| {
+            sum.merge(&t.rays);
+            sum
+        })
+    }
+
+    /// The first samples that went wrong, in the order of samples and pixels, and how many did in all.
+    pub fn bad(&self) -> (Vec<BadSample>, u64) {
+        let mut bad: Vec<_> = self.tiles.iter().flat_map(|t| t.bad.iter().cloned()).collect();
+        sort_bad(&mut bad);
+        (bad, self.tiles.iter().map(|t| t.bad_count).sum())
+    }
+
     /// The root mean square over pixels of the standard error, relative to the mean brightness of the image: how grainy
-    /// the picture is as a whole. `None` before two samples.
+    /// the picture is as a whole. Tiles without samples do not count. `None` before two samples.
     pub fn relative_error(&self) -> Option<f32> {
         let (mut variance, mut mean, mut pixels) = (0.0f64, 0.0f64, 0u64);
-        for tile in &self.tiles {
-            if tile.samples < 2 {
+        for tile in self.tiles.iter().filter(|t| t.samples() > 0) {
+            if tile.samples() < 2 {
                 return None;
             }
             for i in 0..tile.len() {
                 let sum = tile.sum(i);
-                variance += sum.variance_of_mean(tile.samples).iter().map(|&v| f64::from(v)).sum::<f64>();
-                mean += sum.mean(tile.samples).iter().map(|&v| f64::from(v.abs())).sum::<f64>();
+                variance += sum.variance_of_mean(tile.samples()).iter().map(|&v| f64::from(v)).sum::<f64>();
+                mean += sum.mean(tile.samples()).iter().map(|&v| f64::from(v.abs())).sum::<f64>();
                 pixels += 3;
             }
         }
@@ -159,6 +251,7 @@ mod tests {
         let film = Film::new([3, 40, 5, 25]);
         let total: usize = film.tiles.iter().map(Tile::len).sum();
         assert_eq!(total, 37 * 20);
+        assert_eq!(film.grid(), [3, 2]);
     }
 
     #[test]

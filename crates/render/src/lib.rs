@@ -1,11 +1,25 @@
-//! Film, tiles, threads, progress, stop rules.
+//! Film, tiles, threads, progress, stop rules, checkpoints, shares of a distributed render.
 
+mod error;
+mod error_goal;
+mod fault;
 mod film;
 mod renderer;
 mod sample;
+mod schedule;
+mod share;
+mod snapshot;
 mod sums;
 
+pub use error::Error;
+pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
+pub use fault::{BadSample, Fault};
 pub use film::{Film, TILE_SIZE, Tile};
-pub use renderer::{BadSample, Fault, Observer, Outcome, Plan, Progress, Quiet, Rendered, render, render_counted};
+pub use renderer::{
+    ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted, run,
+};
 pub use sample::{PixelSampler, Sampled};
-pub use sums::{PixelStack, PixelSum};
+pub use schedule::Schedule;
+pub use share::{Part, Share, join};
+pub use snapshot::{Identity, Label, Snapshot, differences};
+pub use sums::{Node, PixelStack, PixelSum, nodes_of};

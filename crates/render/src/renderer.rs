@@ -1,11 +1,16 @@
-//! The render loop: passes over tiles on all threads, progress, stopping, and what went wrong.
+//! The render loop: rounds and passes over tiles on all threads, progress, looking, stopping, checkpoints.
 
-use crate::film::{Film, Tile};
+use crate::error_goal::{Assessment, ErrorGoal, assess};
+use crate::fault::{BadSample, Fault};
+use crate::film::{Film, REMEMBERED, Tile};
 use crate::sample::PixelSampler;
+use crate::schedule::{self, Schedule};
+use crate::share::Share;
+use crate::snapshot::{Identity, Label, Snapshot, Writer};
 use crate::sums::{PixelStack, PixelSum};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use steradian_integrator::record::{Count, Counters, RayCounts};
 use steradian_sampling::Sampler;
@@ -14,12 +19,40 @@ use steradian_scene::World;
 /// How long and with what to render.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Samples per pixel.
+    /// Samples per pixel, at most: of every pixel, or on average where [`Goals::adaptive`] spreads them.
     pub spp: u32,
     /// Threads; at least one.
     pub threads: usize,
-    /// Stop after this time, at the end of a pass.
+    /// Stop after this time, at the end of a pass. Time spent before a resumption counts.
     pub time_limit: Option<Duration>,
+}
+
+/// More samples per pixel than anybody waits for: stands for no limit.
+pub const ENDLESS_SPP: u32 = 1 << 24;
+
+/// What else decides which samples are taken.
+#[derive(Clone, Debug, Default)]
+pub struct Goals {
+    /// Stop when the picture is this good.
+    pub error: Option<ErrorGoal>,
+    /// More samples where there is more noise; whole shares only.
+    pub adaptive: bool,
+    /// The part to render.
+    pub share: Share,
+}
+
+/// A render to start or to go on with.
+pub struct Task<'a> {
+    /// The scene.
+    pub world: &'a World,
+    /// How long and with what.
+    pub plan: Plan,
+    /// What else.
+    pub goals: Goals,
+    /// What checkpoints say they are of.
+    pub label: Label<'a>,
+    /// Where to go on, if not at the start: a snapshot of the same scene, settings and goals.
+    pub resume: Option<Snapshot>,
 }
 
 /// Why rendering ended.
@@ -27,45 +60,29 @@ pub struct Plan {
 pub enum Outcome {
     /// All samples were taken.
     Finished,
+    /// The picture is as good as was asked for.
+    ErrorReached,
     /// The time was up.
     TimeLimit,
     /// Somebody asked to stop.
     Interrupted,
 }
 
-/// What is wrong with one sample.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The radiance is NaN or infinite; it counts as black.
-    NotFinite,
-    /// The code broke one of its own rules; the sample counts as black.
-    Panic(String),
-}
-
-/// A sample that went wrong, with what is needed to replay it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BadSample {
-    /// The pixel, in the full image.
-    pub pixel: [u32; 2],
-    /// The index of the sample.
-    pub sample: u32,
-    /// What happened.
-    pub fault: Fault,
-}
-
 /// How far rendering has come.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Samples per pixel taken, and to take.
+    /// Samples per pixel taken (on average, where they differ), and to take; [`ENDLESS_SPP`] where there is no plan.
     pub spp: [u32; 2],
-    /// Fraction done, including the current pass.
+    /// Fraction done, including the current pass, by whichever limit is nearest.
     pub fraction: f64,
-    /// Rays traced.
+    /// Rays traced in this run.
     pub rays: u64,
-    /// Time since the start.
+    /// Time since the start of this run.
     pub elapsed: Duration,
     /// See [`Film::relative_error`]; known after the second sample.
     pub relative_error: Option<f32>,
+    /// The bound for which the error goal's statement held at the last look.
+    pub bound: Option<f64>,
 }
 
 /// Watches a render.
@@ -74,6 +91,12 @@ pub trait Observer: Sync {
     fn progress(&self, _progress: &Progress) {}
     /// Called at the end of each pass with the film as it stands.
     fn pass(&self, _film: &Film, _progress: &Progress) {}
+    /// Whether a checkpoint is due. Asked after every tile, so it had better be quick.
+    fn checkpoint_due(&self) -> bool {
+        false
+    }
+    /// Takes a checkpoint: the bytes of a [`Snapshot`], and how long it took to make them.
+    fn checkpoint(&self, _bytes: Vec<u8>, _took: Duration) {}
 }
 
 /// Watches nothing.
@@ -90,25 +113,63 @@ pub struct Rendered {
     pub spp: u32,
     /// Why it ended.
     pub outcome: Outcome,
+    /// What can be said of the error, if a goal was set and there are samples enough.
+    pub bound: Option<f64>,
     /// Rays by kind.
     pub rays: RayCounts,
-    /// Wall-clock time.
+    /// Wall-clock time, that of earlier runs included.
     pub elapsed: Duration,
-    /// The first samples that went wrong, in the order of pixels and samples.
+    /// The first samples that went wrong, in the order of samples and pixels.
     pub bad: Vec<BadSample>,
     /// How many went wrong in all.
     pub bad_count: u64,
+    /// Where to go on.
+    schedule: Schedule,
+    /// An interrupted pass, which the film leaves out.
+    unfinished: Option<Film>,
+    share: Share,
+    planned: u32,
 }
 
-/// So many bad samples are remembered.
-const REMEMBERED: usize = 16;
+impl Rendered {
+    /// From where rendering can go on.
+    pub fn snapshot(self, identity: &Identity, note: &[u8]) -> Snapshot {
+        Snapshot {
+            identity: identity.clone(),
+            note: note.to_vec(),
+            share: self.share,
+            spp: self.planned,
+            elapsed: self.elapsed,
+            film: self.unfinished.unwrap_or(self.film),
+            schedule: self.schedule,
+        }
+    }
 
-/// Passes double up to this many samples: an interruption throws away one pass at most.
-const LARGEST_PASS: u32 = 16;
+    /// The result that a film amounts to which was put together from parts.
+    pub fn from_parts(film: Film, elapsed: Duration) -> Self {
+        let [spp, _] = film.samples();
+        let (bad, bad_count) = film.bad();
+        let schedule = Schedule::new(film.tiles.len());
+        Self {
+            spp,
+            outcome: Outcome::Finished,
+            bound: None,
+            rays: film.rays(),
+            elapsed,
+            bad,
+            bad_count,
+            schedule,
+            unfinished: None,
+            share: Share::Whole,
+            planned: spp,
+            film,
+        }
+    }
+}
 
 /// Renders the world's film. The image depends on nothing in `plan` but `spp`.
 pub fn render(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
-    run::<RayCounts>(world, plan, observer, cancel).0
+    plain::<RayCounts>(world, plan, observer, cancel).0
 }
 
 /// As [`render`], counting intersection tests and path lengths as well; slower, and the image is the same. The counts
@@ -119,68 +180,57 @@ pub fn render_counted(
     observer: &dyn Observer,
     cancel: &AtomicBool,
 ) -> (Rendered, Counters) {
-    run::<Counters>(world, plan, observer, cancel)
+    plain(world, plan, observer, cancel)
 }
 
-fn run<C: Count>(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
+fn plain<C: Count>(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
+    let identity = Identity::new();
+    let label = Label { identity: &identity, note: &[] };
+    let task = Task { world, plan: plan.clone(), goals: Goals::default(), label, resume: None };
+    counted(task, observer, cancel)
+}
+
+/// Renders, or goes on rendering, under any of the stop rules.
+///
+/// # Panics
+/// If `resume` is of a film with other bounds.
+pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
+    counted::<RayCounts>(task, observer, cancel).0
+}
+
+fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let start = Instant::now();
-    let sampler = PixelSampler::new(world);
-    let mut film = Film::new(world.settings().film.pixel_bounds);
+    let sampler = PixelSampler::new(task.world);
+    let bounds = task.world.settings().film.pixel_bounds;
+    let (film, schedule, before) = match task.resume {
+        Some(s) => {
+            assert_eq!(s.film.bounds, bounds, "the snapshot is of another film");
+            (s.film, s.schedule, s.elapsed)
+        }
+        None => {
+            let film = Film::new(bounds);
+            let schedule = Schedule::new(film.tiles.len());
+            (film, schedule, Duration::ZERO)
+        }
+    };
     let job = Job {
         sampler: &sampler,
         observer,
         cancel,
         start,
+        before,
+        plan: &task.plan,
+        goals: &task.goals,
+        label: task.label,
         done: AtomicUsize::new(0),
-        tally: Mutex::new(Tally::<C>::default()),
+        samples: AtomicU64::new(film.total_samples()),
+        rays: AtomicU64::new(0),
         last_report: Mutex::new(start),
+        storing: AtomicBool::new(false),
+        counts: Mutex::new(C::default()),
     };
-    let mut taken = 0;
-    let mut relative_error = None;
-    let outcome = loop {
-        if taken >= plan.spp {
-            break Outcome::Finished;
-        }
-        if taken > 0 && plan.time_limit.is_some_and(|limit| start.elapsed() >= limit) {
-            break Outcome::TimeLimit;
-        }
-        let end = (taken + taken.clamp(1, LARGEST_PASS)).min(plan.spp);
-        let spp = [taken, plan.spp];
-        if !job.pass(&mut film, spp, end, plan.threads, relative_error) {
-            break Outcome::Interrupted;
-        }
-        taken = end;
-        relative_error = film.relative_error();
-        observer.pass(&film, &job.report([taken, plan.spp], 0.0, relative_error));
-    };
-    let tally = job.tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let rendered = Rendered {
-        film,
-        spp: taken,
-        outcome,
-        rays: tally.counts.rays(),
-        elapsed: start.elapsed(),
-        bad: tally.bad,
-        bad_count: tally.bad_count,
-    };
-    (rendered, tally.counts)
-}
-
-#[derive(Default)]
-struct Tally<C> {
-    counts: C,
-    bad: Vec<BadSample>,
-    bad_count: u64,
-}
-
-impl<C> Tally<C> {
-    fn remember(&mut self, mut bad: Vec<BadSample>, count: u64) {
-        self.bad_count += count;
-        self.bad.append(&mut bad);
-        // By place, not by time: the report is the same for any number of threads as long as few are bad.
-        self.bad.sort_by_key(|b| (b.sample, b.pixel[1], b.pixel[0]));
-        self.bad.truncate(REMEMBERED);
-    }
+    let rendered = job.run(film, schedule);
+    (rendered, job.counts.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
 struct Job<'a, 'w, C> {
@@ -188,73 +238,246 @@ struct Job<'a, 'w, C> {
     observer: &'a dyn Observer,
     cancel: &'a AtomicBool,
     start: Instant,
+    /// Time spent in earlier runs.
+    before: Duration,
+    plan: &'a Plan,
+    goals: &'a Goals,
+    label: Label<'a>,
+    /// Tiles done in the current pass.
     done: AtomicUsize,
-    tally: Mutex<Tally<C>>,
+    /// Samples of all pixels.
+    samples: AtomicU64,
+    /// Rays of this run.
+    rays: AtomicU64,
     last_report: Mutex<Instant>,
+    /// Whether a thread is making a checkpoint.
+    storing: AtomicBool,
+    /// What was counted in this run.
+    counts: Mutex<C>,
+}
+
+/// What the last look found, for progress.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    relative_error: Option<f32>,
+    bound: Option<f64>,
 }
 
 impl<C: Count> Job<'_, '_, C> {
-    fn report(&self, spp: [u32; 2], part: f64, relative_error: Option<f32>) -> Progress {
-        let rays = self.tally.lock().map_or(0, |t| t.counts.rays().total());
-        Progress {
-            spp,
-            fraction: ((f64::from(spp[0]) + part) / f64::from(spp[1].max(1))).min(1.0),
-            rays,
-            elapsed: self.start.elapsed(),
-            relative_error,
+    fn run(&self, mut film: Film, mut schedule: Schedule) -> Rendered {
+        let mut found = Found::default();
+        let mut unfinished = None;
+        let mut nominal = schedule::round_begin(schedule.round);
+        let outcome = loop {
+            if nominal >= self.plan.spp {
+                break Outcome::Finished;
+            }
+            let started = nominal > 0 || film.total_samples() > 0;
+            if started && self.plan.time_limit.is_some_and(|limit| self.elapsed() >= limit) {
+                break Outcome::TimeLimit;
+            }
+            let end = schedule::pass_end(nominal).min(self.plan.spp);
+            match self.pass(&mut film, &schedule, end, found) {
+                Pass::Nothing => {}
+                Pass::Done => {
+                    found.relative_error = film.relative_error();
+                    self.observer.pass(&film, &self.report(&film.size(), found));
+                }
+                Pass::Interrupted(partial) => {
+                    unfinished = partial;
+                    break Outcome::Interrupted;
+                }
+            }
+            nominal = end;
+            if nominal == schedule::round_end(schedule.round) && self.look(&film, &mut schedule, &mut found) {
+                break Outcome::ErrorReached;
+            }
+        };
+        self.result(film, schedule, unfinished, outcome, found)
+    }
+
+    /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
+    fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
+        let adaptive = self.goals.adaptive && self.goals.share == Share::Whole;
+        let seen = self.assess(film, schedule::look_at(schedule.round));
+        let goal = self.goals.error.as_ref();
+        if let (Some(goal), Some(seen)) = (goal, &seen) {
+            found.bound = Some(seen.bound);
+            if seen.bound <= goal.bound {
+                return true;
+            }
+        }
+        let targets = match (&seen, goal) {
+            (Some(seen), Some(goal)) if adaptive => schedule::towards_goal(film, seen, goal.pixels, schedule),
+            (Some(seen), None) if adaptive => schedule::by_noise(film, seen, schedule),
+            _ => schedule::uniform(film, schedule.round + 1),
+        };
+        schedule.advance(targets);
+        false
+    }
+
+    /// What there is to see at a look, if anybody wants to know.
+    fn assess(&self, film: &Film, look: Option<u32>) -> Option<Assessment> {
+        let goal = match &self.goals.error {
+            Some(goal) => *goal,
+            None if self.goals.adaptive => ErrorGoal::linear(1.0),
+            None => return None,
+        };
+        Some(assess(film, &goal, look?))
+    }
+
+    fn result(
+        &self,
+        film: Film,
+        schedule: Schedule,
+        unfinished: Option<Film>,
+        outcome: Outcome,
+        found: Found,
+    ) -> Rendered {
+        let next_look = schedule::look_at(schedule.round.max(5));
+        let bound = match outcome {
+            Outcome::ErrorReached => found.bound,
+            // Between looks: as if this were the next one.
+            _ if self.goals.error.is_some() && film.samples()[0] >= 2 => {
+                self.assess(&film, next_look).map(|seen| seen.bound)
+            }
+            _ => None,
+        };
+        let (bad, bad_count) = film.bad();
+        Rendered {
+            spp: film.samples()[0],
+            outcome,
+            bound: bound.filter(|b| b.is_finite()),
+            rays: film.rays(),
+            elapsed: self.elapsed(),
+            bad,
+            bad_count,
+            film,
+            schedule,
+            unfinished,
+            share: self.goals.share,
+            planned: self.plan.spp,
         }
     }
 
-    /// One pass over all tiles up to sample `end`. On cancellation during the first pass, tiles not reached stay empty;
-    /// later passes are abandoned whole, so that every pixel keeps the same number of samples. Returns whether it was
-    /// completed.
-    fn pass(&self, film: &mut Film, spp: [u32; 2], end: u32, threads: usize, error: Option<f32>) -> bool {
-        let backup = (spp[0] > 0).then(|| film.clone());
-        let count = film.tiles.len();
+    fn elapsed(&self) -> Duration {
+        self.before + self.start.elapsed()
+    }
+
+    fn report(&self, size: &[usize; 2], found: Found) -> Progress {
+        let pixels = (size[0] * size[1]).max(1) as f64;
+        let average = self.samples.load(Ordering::Relaxed) as f64 / pixels;
+        let share = match self.goals.share {
+            Share::Whole => 1.0,
+            Share::Tiles(part) | Share::Samples(part) => 1.0 / f64::from(part.count),
+        };
+        let mut fraction = average / (f64::from(self.plan.spp) * share);
+        if let Some(limit) = self.plan.time_limit {
+            fraction = fraction.max(self.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9));
+        }
+        if let (Some(goal), Some(bound)) = (&self.goals.error, found.bound) {
+            // Half the error takes four times the samples.
+            fraction = fraction.max((goal.bound / bound) * (goal.bound / bound));
+        }
+        Progress {
+            spp: [average as u32, self.plan.spp],
+            fraction: fraction.min(1.0),
+            rays: self.rays.load(Ordering::Relaxed),
+            elapsed: self.start.elapsed(),
+            relative_error: found.relative_error,
+            bound: found.bound,
+        }
+    }
+
+    /// The range of samples that tile `i` shall have at the end of a pass.
+    fn range(&self, schedule: &Schedule, i: usize, width: usize, nominal: u32) -> [u32; 2] {
+        let [first, last] = self.goals.share.samples(i, width, self.plan.spp);
+        let end = schedule.end_of(i, nominal);
+        [first, if self.goals.share == Share::Whole { end } else { end.clamp(first, last) }]
+    }
+
+    /// One pass over all tiles up to `nominal` samples. On cancellation later passes are abandoned whole, so that every
+    /// pixel keeps the samples that it had; during the first pass, tiles not reached stay empty.
+    fn pass(&self, film: &mut Film, schedule: &Schedule, nominal: u32, found: Found) -> Pass {
+        let [width, _] = film.grid();
+        let ranges: Vec<_> = (0..film.tiles.len()).map(|i| self.range(schedule, i, width, nominal)).collect();
+        let todo: Vec<usize> =
+            (0..ranges.len()).filter(|&i| ranges[i][1] > film.tiles[i].end.max(ranges[i][0])).collect();
+        if todo.is_empty() {
+            return Pass::Nothing;
+        }
+        let backup = (film.total_samples() > 0).then(|| film.clone());
         self.done.store(0, Ordering::Relaxed);
+        let (size, bounds) = (film.size(), film.bounds);
         {
             let tiles: Vec<Mutex<&mut Tile>> = film.tiles.iter_mut().map(Mutex::new).collect();
             let next = AtomicUsize::new(0);
             let work = || {
                 let mut sampler = Sampler::new(&self.sampler.world.settings().sampler);
                 loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    if i >= count || self.cancel.load(Ordering::Relaxed) {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    if k >= todo.len() || self.cancel.load(Ordering::Relaxed) {
                         return;
                     }
-                    let mut tile = tiles[i].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    self.tile(&mut tile, end, &mut sampler);
-                    let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-                    self.maybe_report(spp, f64::from(end - spp[0]) * done as f64 / count as f64, error);
+                    let i = todo[k];
+                    self.tile(&mut locked(&tiles[i]), ranges[i], &mut sampler);
+                    self.done.fetch_add(1, Ordering::Relaxed);
+                    self.maybe_report(&size, found);
+                    self.maybe_store(&tiles, schedule, bounds);
                 }
             };
             std::thread::scope(|scope| {
-                for _ in 1..threads.max(1).min(count.max(1)) {
+                for _ in 1..self.plan.threads.max(1).min(todo.len()) {
                     scope.spawn(work);
                 }
                 work();
             });
         }
-        let complete = self.done.load(Ordering::Relaxed) == count;
-        if !complete && let Some(backup) = backup {
-            *film = backup;
+        if self.done.load(Ordering::Relaxed) == todo.len() {
+            return Pass::Done;
         }
-        complete
+        Pass::Interrupted(backup.map(|backup| std::mem::replace(film, backup)))
     }
 
-    fn maybe_report(&self, spp: [u32; 2], part: f64, error: Option<f32>) {
+    fn maybe_report(&self, size: &[usize; 2], found: Found) {
         // Whoever finds the lock taken has nothing to add.
         if let Ok(mut last) = self.last_report.try_lock()
             && last.elapsed() >= Duration::from_millis(100)
         {
             *last = Instant::now();
-            self.observer.progress(&self.report(spp, part, error));
+            self.observer.progress(&self.report(size, found));
         }
     }
 
-    fn tile(&self, tile: &mut Tile, end: u32, sampler: &mut Sampler) {
+    /// Makes a checkpoint while the other threads go on. Each tile is taken as it is: the schedule says what each still needs.
+    fn maybe_store(&self, tiles: &[Mutex<&mut Tile>], schedule: &Schedule, bounds: [u32; 4]) {
+        if !self.observer.checkpoint_due() || self.storing.swap(true, Ordering::Acquire) {
+            return;
+        }
+        let start = Instant::now();
+        let mut writer = Writer::new(
+            &self.label,
+            self.goals.share,
+            self.plan.spp,
+            self.elapsed(),
+            bounds,
+            schedule.round,
+            tiles.len(),
+        );
+        for (i, tile) in tiles.iter().enumerate() {
+            writer.tile(&locked(tile), schedule.base[i], schedule.targets[i]);
+        }
+        self.observer.checkpoint(writer.finish(), start.elapsed());
+        self.storing.store(false, Ordering::Release);
+    }
+
+    fn tile(&self, tile: &mut Tile, [first, end]: [u32; 2], sampler: &mut Sampler) {
+        if tile.samples() == 0 {
+            (tile.first, tile.end) = (first, first);
+        }
         let mut counts = C::default();
         let (mut bad, mut bad_count) = (Vec::new(), 0);
+        let before = tile.samples();
         tile.extend(end, |pixel, range, stack| {
             let mut next = range.start;
             while next < range.end {
@@ -273,19 +496,18 @@ impl<C: Count> Job<'_, '_, C> {
                 if let Err(payload) = run {
                     let sample = next;
                     bad_count += 1;
-                    if bad.len() < REMEMBERED {
-                        bad.push(BadSample { pixel, sample, fault: Fault::Panic(message(payload.as_ref())) });
-                    }
+                    note(&mut bad, BadSample { pixel, sample, fault: Fault::Panic(message(payload.as_ref())) });
                     stack.push(PixelSum::default());
                     next += 1;
                 }
             }
         });
-        let mut tally = self.tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        tally.counts.merge(&counts);
-        if bad_count > 0 {
-            tally.remember(bad, bad_count);
-        }
+        let rays = counts.rays();
+        tile.rays.merge(&rays);
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).merge(&counts);
+        tile.remember(bad, bad_count);
+        self.rays.fetch_add(rays.total(), Ordering::Relaxed);
+        self.samples.fetch_add(u64::from(tile.samples() - before) * tile.len() as u64, Ordering::Relaxed);
     }
 
     fn pixel(
@@ -306,14 +528,36 @@ impl<C: Count> Job<'_, '_, C> {
                 PixelSum::of(sampled.rgb)
             } else {
                 *bad_count += 1;
-                if bad.len() < REMEMBERED {
-                    bad.push(BadSample { pixel, sample: index, fault: Fault::NotFinite });
-                }
+                note(bad, BadSample { pixel, sample: index, fault: Fault::NotFinite });
                 PixelSum::default()
             };
             stack.push(sum);
             *next = index + 1;
         }
+    }
+}
+
+/// What became of a pass.
+enum Pass {
+    /// Every tile had its samples already.
+    Nothing,
+    /// All tiles were done.
+    Done,
+    /// Cancelled; the film is as before, and this is how far the pass had come.
+    Interrupted(Option<Film>),
+}
+
+/// A tile that a panic left behind is as whole as any: its sums change only at the end.
+fn locked<'t, 'm>(tile: &'t Mutex<&'m mut Tile>) -> MutexGuard<'t, &'m mut Tile> {
+    tile.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Remembers the first few by sample number; a broken scene has millions.
+fn note(bad: &mut Vec<BadSample>, one: BadSample) {
+    const SLACK: usize = 8 * REMEMBERED;
+    bad.push(one);
+    if bad.len() > SLACK {
+        crate::film::sort_bad(bad);
     }
 }
 

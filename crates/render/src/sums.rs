@@ -1,9 +1,9 @@
 //! Sums of samples in a fixed tree.
 //!
 //! The sum over samples `[a 2^k, (a + 1) 2^k)` is the sum of its two halves, whatever thread, pass, interruption or
-//! machine computed them. A pixel with `n` samples is then one partial sum for each bit of `n`, and continuing to more
-//! samples never touches what is finished. The result has the same bits as if all had been added at once, and its
-//! rounding error grows with the logarithm of `n`.
+//! machine computed them. A range of samples is then a short list of such nodes, and continuing to more samples, or
+//! joining two ranges that meet, never touches what is finished. The result has the same bits as if all had been added
+//! at once, and its rounding error grows with the logarithm of their number.
 
 /// Sums over samples of one pixel: colour in the film's space, and its square, for the variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,56 +51,103 @@ impl PixelSum {
     }
 }
 
-/// The partial sums of one pixel while samples are added in order.
+/// A node of the tree: the samples `start .. start + 2^level`, with `start` a multiple of `2^level`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Node {
+    /// The first sample.
+    pub start: u32,
+    /// The height above single samples.
+    pub level: u8,
+}
+
+impl Node {
+    /// One sample.
+    pub fn leaf(sample: u32) -> Self {
+        Self { start: sample, level: 0 }
+    }
+
+    /// The sample after the last.
+    pub fn end(&self) -> u32 {
+        self.start + (1 << self.level)
+    }
+
+    /// The node that this one, on the right, makes with its left neighbour, if they are halves of one.
+    #[inline]
+    pub fn join(&self, left: &Node) -> Option<Node> {
+        let halves = left.level == self.level && left.end() == self.start && left.start & ((2 << left.level) - 1) == 0;
+        halves.then_some(Node { start: left.start, level: left.level + 1 })
+    }
+}
+
+/// Levels above this would overflow the sample index.
+pub(crate) const MOST_LEVEL: u8 = 30;
+
+/// At most so many nodes make up a range: each level at most twice.
+const MOST_NODES: usize = 64;
+
+/// The nodes of one pixel while samples are added in order.
 #[derive(Clone, Debug)]
 pub struct PixelStack {
-    count: u32,
-    levels: [PixelSum; 32],
+    len: usize,
+    nodes: [Node; MOST_NODES],
+    sums: [PixelSum; MOST_NODES],
+    next: u32,
 }
 
 impl PixelStack {
-    /// No samples.
-    pub fn new() -> Self {
-        Self { count: 0, levels: [PixelSum::default(); 32] }
+    /// No samples; the next to come is number `next`.
+    pub fn new(next: u32) -> Self {
+        Self { len: 0, nodes: [Node::default(); MOST_NODES], sums: [PixelSum::default(); MOST_NODES], next }
     }
 
-    /// Continues from `count` samples: `level(k)` is the partial sum of size `2^k`, asked for each bit of `count`.
+    /// Continues from finished nodes, which lie side by side.
     #[inline]
-    pub fn resume(&mut self, count: u32, mut level: impl FnMut(usize) -> PixelSum) {
-        self.count = count;
-        for k in bits(count) {
-            self.levels[k] = level(k);
+    pub fn resume(&mut self, next: u32, nodes: impl Iterator<Item = (Node, PixelSum)>) {
+        self.len = 0;
+        for (node, sum) in nodes {
+            self.nodes[self.len] = node;
+            self.sums[self.len] = sum;
+            self.len += 1;
         }
+        self.next = next;
     }
 
     /// Adds the next sample.
     #[inline]
     pub fn push(&mut self, mut sum: PixelSum) {
-        let mut k = 0;
-        while self.count & (1 << k) != 0 {
-            sum = self.levels[k].add(&sum);
-            k += 1;
+        let mut node = Node::leaf(self.next);
+        while self.len > 0
+            && let Some(joined) = node.join(&self.nodes[self.len - 1])
+        {
+            self.len -= 1;
+            sum = self.sums[self.len].add(&sum);
+            node = joined;
         }
-        self.levels[k] = sum;
-        self.count += 1;
+        self.nodes[self.len] = node;
+        self.sums[self.len] = sum;
+        self.len += 1;
+        self.next += 1;
     }
 
-    /// The partial sum of size `2^k`; meaningful where that bit of the count is set.
+    /// The nodes, in the order of their samples.
     #[inline]
-    pub fn level(&self, k: usize) -> PixelSum {
-        self.levels[k]
+    pub fn nodes(&self) -> impl Iterator<Item = (Node, PixelSum)> + '_ {
+        (0..self.len).map(|i| (self.nodes[i], self.sums[i]))
     }
 }
 
-impl Default for PixelStack {
-    fn default() -> Self {
-        Self::new()
+/// The nodes of the samples `begin .. end`, in order.
+pub fn nodes_of(begin: u32, end: u32) -> Vec<Node> {
+    let mut out = Vec::new();
+    let mut at = begin;
+    while at < end {
+        let aligned = if at == 0 { u32::from(MOST_LEVEL) } else { at.trailing_zeros() };
+        let fits = (end - at).ilog2();
+        let node = Node { start: at, level: aligned.min(fits) as u8 };
+        at = node.end();
+        out.push(node);
     }
-}
-
-/// The set bits of a number, lowest first.
-pub fn bits(n: u32) -> impl Iterator<Item = usize> {
-    (0..32).filter(move |k| n & (1 << k) != 0)
+    out
 }
 
 #[cfg(test)]
@@ -111,21 +158,29 @@ mod tests {
         PixelSum::of([(i as f32 * 0.37).fract(), 1.0 / (i + 1) as f32, 1e6 * (i % 3) as f32])
     }
 
-    fn total(stack: &PixelStack) -> PixelSum {
-        bits(stack.count).map(|k| stack.level(k)).reduce(|a, b| b.add(&a)).unwrap_or_default()
+    fn filled(begin: u32, end: u32) -> PixelStack {
+        let mut stack = PixelStack::new(begin);
+        (begin..end).for_each(|i| stack.push(sample(i)));
+        stack
     }
 
     #[test]
     fn any_interruption_gives_the_same_bits() {
-        let mut whole = PixelStack::new();
-        (0..1000).for_each(|i| whole.push(sample(i)));
+        let whole: Vec<_> = filled(0, 1000).nodes().collect();
         for cut in [1, 2, 7, 64, 500, 513, 999] {
-            let mut first = PixelStack::new();
-            (0..cut).for_each(|i| first.push(sample(i)));
-            let mut second = PixelStack::new();
-            second.resume(cut, |k| first.level(k));
+            let first = filled(0, cut);
+            let mut second = PixelStack::new(0);
+            second.resume(cut, first.nodes());
             (cut..1000).for_each(|i| second.push(sample(i)));
-            assert_eq!(total(&second), total(&whole), "cut at {cut}");
+            assert!(second.nodes().eq(whole.iter().copied()), "cut at {cut}");
+        }
+    }
+
+    #[test]
+    fn a_range_has_the_nodes_that_it_is_said_to_have() {
+        for (begin, end) in [(0, 0), (0, 1), (1, 2), (0, 100), (1, 4), (3, 64), (5, 1000), (64, 96), (511, 513)] {
+            let stack = filled(begin, end);
+            assert_eq!(stack.nodes().map(|n| n.0).collect::<Vec<_>>(), nodes_of(begin, end), "{begin}..{end}");
         }
     }
 

@@ -229,6 +229,7 @@ fn describe(image: &mut Image, rendered: &Rendered, story: &Story) {
         "steradian.outcome",
         text(match rendered.outcome {
             Outcome::Finished => "finished",
+            Outcome::ErrorReached => "error reached",
             Outcome::TimeLimit => "time limit",
             Outcome::Interrupted => "interrupted",
         }),

@@ -107,6 +107,7 @@ mod tests {
             rays: 8_000_000,
             elapsed: Duration::from_secs(4),
             relative_error: Some(0.042),
+            bound: None,
         };
         assert_eq!(describe(&p), "12 of 64 samples, 2.0 Mrays/s, error 4.2 %, 12 s left");
         let start = Progress { fraction: 0.0, relative_error: None, rays: 0, ..p };

@@ -1,8 +1,7 @@
 //! Renders of small scenes: exact values, and the same bits whatever the threads.
 
+mod continuing;
 mod counters;
 mod determinism;
 mod furnace;
 mod scenes;
-mod systems;
-mod techniques;

@@ -1,0 +1,160 @@
+//! The part of a render that one of several machines does, and how parts become the whole again.
+
+use crate::error::Error;
+use crate::film::Film;
+
+/// What to render of the film.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Share {
+    /// Everything.
+    #[default]
+    Whole,
+    /// Every sample of some of the tiles.
+    Tiles(Part),
+    /// Some of the samples of every tile.
+    Samples(Part),
+}
+
+/// Part `index`, from 0, of `count`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which.
+    pub index: u32,
+    /// Of how many.
+    pub count: u32,
+}
+
+impl Share {
+    /// Part `part` of a film, cut by tiles where there are enough of them to go round evenly, or else by samples.
+    pub fn of(film: &Film, part: Part) -> Self {
+        const TILES_EACH: u64 = 8;
+        if film.tiles.len() as u64 >= u64::from(part.count) * TILES_EACH {
+            Self::Tiles(part)
+        } else {
+            Self::Samples(part)
+        }
+    }
+
+    /// The samples of tile `i` that belong to this share, of `spp` in all. `width` is the number of tiles in a row.
+    pub fn samples(&self, i: usize, width: usize, spp: u32) -> [u32; 2] {
+        match *self {
+            Share::Whole => [0, spp],
+            Share::Tiles(part) => {
+                // Along diagonals, so that no part gets only the busy middle of the picture.
+                let number = (i + i / width.max(1)) as u64 % u64::from(part.count.max(1));
+                if number == u64::from(part.index) { [0, spp] } else { [0, 0] }
+            }
+            Share::Samples(part) => {
+                let edge = |k: u32| (u64::from(spp) * u64::from(k) / u64::from(part.count.max(1))) as u32;
+                [edge(part.index), edge(part.index + 1)]
+            }
+        }
+    }
+}
+
+/// Joins films whose samples, tile by tile, follow on each other, whatever their order. The result has the bits of a film that was
+/// rendered in one go.
+///
+/// # Errors
+/// [`Error::Merge`] with the first tile whose samples overlap or are missing.
+pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> {
+    let mut whole = Film::new(bounds);
+    if films.iter().any(|f| f.bounds != bounds || f.tiles.len() != whole.tiles.len()) {
+        return Err(Error::Merge("the parts are of different pictures".into()));
+    }
+    for (i, tile) in whole.tiles.iter_mut().enumerate() {
+        let mut pieces: Vec<_> = films.iter().map(|f| &f.tiles[i]).filter(|t| t.samples() > 0).collect();
+        pieces.sort_by_key(|t| t.first);
+        let [x, y] = tile.origin;
+        let at = |end: u32| format!("of the tile at pixel {x},{y}, samples {end}");
+        for piece in pieces {
+            if piece.first > tile.end {
+                return Err(Error::Merge(format!("{} to {} are missing", at(tile.end), piece.first)));
+            }
+            if piece.first < tile.end {
+                return Err(Error::Merge(format!("{} to {} are there twice", at(piece.first), tile.end)));
+            }
+            if !tile.append(piece) {
+                return Err(Error::Merge("the parts have different tiles".into()));
+            }
+        }
+        if tile.end != spp {
+            return Err(Error::Merge(format!("{} to {spp} are missing", at(tile.end))));
+        }
+    }
+    Ok(whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sums::{PixelSum, nodes_of};
+    use proptest::prelude::*;
+
+    fn value(p: [u32; 2], sample: u32) -> PixelSum {
+        let bits = (p[0] * 7919 + p[1] * 104_729 + sample).wrapping_mul(2_654_435_769);
+        PixelSum::of([bits as f32 * 1e-9, 1.0 / (1 + sample) as f32, (bits >> 9) as f32])
+    }
+
+    const BOUNDS: [u32; 4] = [5, 45, 2, 22];
+
+    fn film(range: impl Fn(usize) -> [u32; 2]) -> Film {
+        let mut film = Film::new(BOUNDS);
+        for (i, tile) in film.tiles.iter_mut().enumerate() {
+            let [first, end] = range(i);
+            (tile.first, tile.end) = (first, first);
+            tile.extend(end, |p, range, stack| range.for_each(|s| stack.push(value(p, s))));
+        }
+        film
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Cut into random pieces, tile by tile, shuffled over random films: the merged bits are those of the whole.
+        #[test]
+        fn any_partition_merges_to_the_whole(
+            spp in 1u32..200,
+            cuts in proptest::collection::vec((0u32..200, 0u32..200), 6),
+            order in Just([0usize, 1, 2]).prop_shuffle(),
+        ) {
+            let whole = film(|_| [0, spp]);
+            let parts: Vec<Film> = order
+                .iter()
+                .map(|&piece| {
+                    film(|i| {
+                        let (a, b) = cuts[i % cuts.len()];
+                        let (a, b) = (a.min(b).min(spp), a.max(b).min(spp));
+                        [[0, a], [a, b], [b, spp]][(piece + i) % 3]
+                    })
+                })
+                .collect();
+            let joined = join(BOUNDS, &parts.iter().collect::<Vec<_>>(), spp).unwrap();
+            prop_assert_eq!(joined, whole);
+        }
+
+        #[test]
+        fn shares_cover_every_sample_once(count in 1u32..40, spp in 1u32..100, by_tiles in any::<bool>()) {
+            let parts: Vec<Film> = (0..count)
+                .map(|index| {
+                    let part = Part { index, count };
+                    let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
+                    film(|i| share.samples(i, 3, spp))
+                })
+                .collect();
+            prop_assert_eq!(join(BOUNDS, &parts.iter().rev().collect::<Vec<_>>(), spp).unwrap(), film(|_| [0, spp]));
+        }
+    }
+
+    #[test]
+    fn what_overlaps_or_is_missing_is_named() {
+        let said = |ranges: &[[u32; 2]]| {
+            let parts: Vec<Film> = ranges.iter().map(|&r| film(|_| r)).collect();
+            join(BOUNDS, &parts.iter().collect::<Vec<_>>(), 10).unwrap_err().to_string()
+        };
+        assert!(said(&[[0, 4], [5, 10]]).ends_with("of the tile at pixel 5,2, samples 4 to 5 are missing"));
+        assert!(said(&[[0, 4], [3, 10]]).ends_with("samples 3 to 4 are there twice"));
+        assert!(said(&[[0, 4]]).ends_with("samples 4 to 10 are missing"));
+        assert_eq!(nodes_of(0, 10).len(), 2);
+    }
+}

@@ -1,0 +1,401 @@
+//! A render as bytes, from which it goes on to the same bits: checkpoints, and the parts of distributed renders.
+//!
+//! Little endian. `STERADIA`, format, identity (names and values), note, share, samples planned, seconds, round; the film's
+//! bounds; for each tile its schedule, counts, bad samples and sums; the BLAKE3 hash of all that.
+
+use crate::error::Error;
+use crate::fault::{BadSample, Fault};
+use crate::film::{Film, REMEMBERED, Tile};
+use crate::schedule::Schedule;
+use crate::share::{Part, Share};
+use crate::sums::{MOST_LEVEL, PixelSum, nodes_of};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+const MAGIC: [u8; 8] = *b"STERADIA";
+const FORMAT: u32 = 1;
+const HASH: usize = 32;
+/// More text than any panic needs.
+const MOST_MESSAGE: usize = 4096;
+
+/// What a stored render is of. Two renders with equal identities continue each other.
+pub type Identity = BTreeMap<String, String>;
+
+/// A render that can go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// What it is of.
+    pub identity: Identity,
+    /// Anything that whoever stored it wants to find again.
+    pub note: Vec<u8>,
+    /// The part of the whole.
+    pub share: Share,
+    /// Samples per pixel that were asked for.
+    pub spp: u32,
+    /// Time spent so far.
+    pub elapsed: Duration,
+    /// The samples.
+    pub film: Film,
+    /// What comes next.
+    pub schedule: Schedule,
+}
+
+/// What a snapshot says before its tiles.
+#[derive(Clone, Copy, Debug)]
+pub struct Label<'a> {
+    /// What the render is of.
+    pub identity: &'a Identity,
+    /// See [`Snapshot::note`].
+    pub note: &'a [u8],
+}
+
+/// Writes a snapshot tile by tile.
+pub(crate) struct Writer(Vec<u8>);
+
+impl Writer {
+    pub fn new(
+        label: &Label,
+        share: Share,
+        spp: u32,
+        elapsed: Duration,
+        bounds: [u32; 4],
+        round: u32,
+        tiles: usize,
+    ) -> Self {
+        let mut w = Writer(MAGIC.to_vec());
+        w.u32(FORMAT);
+        w.u32(label.identity.len() as u32);
+        for (name, value) in label.identity {
+            w.bytes(name.as_bytes());
+            w.bytes(value.as_bytes());
+        }
+        w.bytes(label.note);
+        let (kind, part) = match share {
+            Share::Whole => (0, Part { index: 0, count: 1 }),
+            Share::Tiles(part) => (1, part),
+            Share::Samples(part) => (2, part),
+        };
+        for v in [kind, part.index, part.count, spp] {
+            w.u32(v);
+        }
+        w.u64(elapsed.as_nanos() as u64);
+        w.u32(round);
+        bounds.iter().for_each(|&v| w.u32(v));
+        w.u32(tiles as u32);
+        w
+    }
+
+    pub fn tile(&mut self, tile: &Tile, base: u32, target: u32) {
+        for v in [base, target, tile.first, tile.end] {
+            self.u32(v);
+        }
+        for v in [tile.rays.camera, tile.rays.scattered, tile.rays.shadow, tile.bad_count] {
+            self.u64(v);
+        }
+        self.u32(tile.bad.len() as u32);
+        for bad in &tile.bad {
+            for v in [bad.pixel[0], bad.pixel[1], bad.sample] {
+                self.u32(v);
+            }
+            match &bad.fault {
+                Fault::NotFinite => self.bytes(b""),
+                // Never empty, so that the two can be told apart.
+                Fault::Panic(message) => {
+                    let message: String = message.chars().take(MOST_MESSAGE / 4).collect();
+                    self.bytes(format!("!{message}").as_bytes());
+                }
+            }
+        }
+        // Which nodes there are follows from the range.
+        for (_, sums) in &tile.nodes {
+            for sum in sums {
+                for v in sum.rgb.iter().chain(&sum.squares) {
+                    self.0.extend_from_slice(&v.to_le_bytes());
+                }
+            }
+        }
+    }
+
+    pub fn finish(mut self) -> Vec<u8> {
+        let hash = blake3::hash(&self.0);
+        self.0.extend_from_slice(hash.as_bytes());
+        self.0
+    }
+
+    fn u32(&mut self, v: u32) {
+        self.0.extend_from_slice(&v.to_le_bytes());
+    }
+
+    fn u64(&mut self, v: u64) {
+        self.0.extend_from_slice(&v.to_le_bytes());
+    }
+
+    fn bytes(&mut self, v: &[u8]) {
+        self.u32(v.len() as u32);
+        self.0.extend_from_slice(v);
+    }
+}
+
+impl Snapshot {
+    /// The bytes to store.
+    pub fn encode(&self) -> Vec<u8> {
+        let label = Label { identity: &self.identity, note: &self.note };
+        let film = &self.film;
+        let mut w =
+            Writer::new(&label, self.share, self.spp, self.elapsed, film.bounds, self.schedule.round, film.tiles.len());
+        for (i, tile) in film.tiles.iter().enumerate() {
+            w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
+        }
+        w.finish()
+    }
+
+    /// Reads what `encode` wrote. Takes no more memory than the bytes justify, whatever they claim.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] and [`Error::Version`].
+    pub fn decode(bytes: &[u8]) -> Result<Snapshot, Error> {
+        let damaged = |what: &str| Error::Damaged(what.into());
+        let Some((body, hash)) = bytes.split_at_checked(bytes.len().saturating_sub(HASH)) else {
+            return Err(damaged("too short"));
+        };
+        if body.get(..8) != Some(&MAGIC) {
+            return Err(damaged("it is no stored render"));
+        }
+        let mut r = Reader(&body[8..]);
+        let format = r.u32()?;
+        if format != FORMAT {
+            return Err(Error::Version { found: format, known: FORMAT });
+        }
+        if blake3::hash(body).as_bytes() != hash {
+            return Err(damaged("its checksum is wrong"));
+        }
+        let mut identity = Identity::new();
+        for _ in 0..r.u32()? {
+            let (name, value) = (r.text()?, r.text()?);
+            identity.insert(name, value);
+        }
+        let note = r.bytes()?.to_vec();
+        let (kind, part) = (r.u32()?, Part { index: r.u32()?, count: r.u32()? });
+        if part.index >= part.count {
+            return Err(damaged("its share does not exist"));
+        }
+        let share = match kind {
+            0 => Share::Whole,
+            1 => Share::Tiles(part),
+            2 => Share::Samples(part),
+            _ => return Err(damaged("its share is of no known kind")),
+        };
+        let spp = r.u32()?;
+        let elapsed = Duration::from_nanos(r.u64()?);
+        let round = r.u32()?;
+        if round > 64 {
+            return Err(damaged("its schedule is out of range"));
+        }
+        let bounds = [r.u32()?, r.u32()?, r.u32()?, r.u32()?];
+        let tiles = r.u32()?;
+        let mut film = empty_film(bounds, tiles, r.0.len())?;
+        let mut schedule = Schedule { round, base: Vec::new(), targets: Vec::new() };
+        for tile in &mut film.tiles {
+            let (base, target) = r.tile(tile)?;
+            schedule.base.push(base);
+            schedule.targets.push(target);
+        }
+        if !r.0.is_empty() {
+            return Err(damaged("it goes on after its end"));
+        }
+        Ok(Snapshot { identity, note, share, spp, elapsed, film, schedule })
+    }
+
+    /// Whether this is of the render that `wanted` describes.
+    ///
+    /// # Errors
+    /// [`Error::Foreign`] with everything that differs.
+    pub fn check(&self, wanted: &Identity) -> Result<(), Error> {
+        let differences = differences(&self.identity, wanted, "stored with", "now");
+        if differences.is_empty() { Ok(()) } else { Err(Error::Foreign(differences)) }
+    }
+}
+
+/// All entries in which two identities differ, in words.
+pub fn differences(a: &Identity, b: &Identity, name_a: &str, name_b: &str) -> Vec<String> {
+    const LONGEST: usize = 80;
+    let names: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
+    let word = |v: Option<&String>| {
+        v.map_or("nothing".to_owned(), |v| if v.len() > LONGEST { "another value".to_owned() } else { v.clone() })
+    };
+    names
+        .into_iter()
+        .filter(|n| a.get(*n) != b.get(*n))
+        .map(|n| format!("{n}: {name_a} {}, {name_b} {}", word(a.get(n)), word(b.get(n))))
+        .collect()
+}
+
+/// The film of these bounds, if `left` bytes can hold it.
+fn empty_film(bounds: [u32; 4], tiles: u32, left: usize) -> Result<Film, Error> {
+    const LEAST_TILE: usize = 4 * 4 + 4 * 8 + 4;
+    let [x0, x1, y0, y1] = bounds;
+    let grid = |a: u32, b: u32| u64::from(b.saturating_sub(a)).div_ceil(u64::from(crate::film::TILE_SIZE));
+    let fits = x0 < x1 && y0 < y1 && grid(x0, x1) * grid(y0, y1) == u64::from(tiles);
+    if !fits || (tiles as usize).saturating_mul(LEAST_TILE) > left {
+        return Err(Error::Damaged("its size does not fit its content".into()));
+    }
+    Ok(Film::new(bounds))
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
+        let (head, rest) = self.0.split_at_checked(n).ok_or_else(|| Error::Damaged("it ends too early".into()))?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    fn u32(&mut self) -> Result<u32, Error> {
+        let b = self.take(4)?;
+        Ok(u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    }
+
+    fn u64(&mut self) -> Result<u64, Error> {
+        Ok(u64::from(self.u32()?) | u64::from(self.u32()?) << 32)
+    }
+
+    fn bytes(&mut self) -> Result<&'a [u8], Error> {
+        let n = self.u32()? as usize;
+        self.take(n)
+    }
+
+    fn text(&mut self) -> Result<String, Error> {
+        String::from_utf8(self.bytes()?.to_vec()).map_err(|_| Error::Damaged("a text in it is none".into()))
+    }
+
+    /// Fills a tile; its samples at the start and the end of the round.
+    fn tile(&mut self, tile: &mut Tile) -> Result<(u32, u32), Error> {
+        let (base, target) = (self.u32()?, self.u32()?);
+        (tile.first, tile.end) = (self.u32()?, self.u32()?);
+        if tile.first > tile.end || tile.end > 1 << MOST_LEVEL || target > 1 << MOST_LEVEL || base > target {
+            return Err(Error::Damaged("its samples are out of range".into()));
+        }
+        tile.rays.camera = self.u64()?;
+        tile.rays.scattered = self.u64()?;
+        tile.rays.shadow = self.u64()?;
+        tile.bad_count = self.u64()?;
+        let bad = self.u32()? as usize;
+        if bad > REMEMBERED {
+            return Err(Error::Damaged("too many bad samples are listed".into()));
+        }
+        for _ in 0..bad {
+            let (pixel, sample) = ([self.u32()?, self.u32()?], self.u32()?);
+            let fault = match self.text()?.strip_prefix('!') {
+                Some(message) => Fault::Panic(message.to_owned()),
+                None => Fault::NotFinite,
+            };
+            tile.bad.push(BadSample { pixel, sample, fault });
+        }
+        let count = tile.len();
+        for node in nodes_of(tile.first, tile.end) {
+            let data = self.take(count * size_of::<PixelSum>())?;
+            tile.nodes.push((node, sums(data)));
+        }
+        Ok((base, target))
+    }
+}
+
+fn sums(data: &[u8]) -> Vec<PixelSum> {
+    data.chunks_exact(size_of::<PixelSum>())
+        .map(|b| {
+            let at = |i: usize| f32::from_le_bytes([b[4 * i], b[4 * i + 1], b[4 * i + 2], b[4 * i + 3]]);
+            PixelSum { rgb: [at(0), at(1), at(2)], squares: [at(3), at(4), at(5)] }
+        })
+        .collect()
+}
+
+/// The nodes of a finished range are those that its ends imply; anything else is a bug of this crate.
+#[cfg(test)]
+fn has_canonical_nodes(tile: &Tile) -> bool {
+    tile.nodes.iter().map(|n| n.0).eq(nodes_of(tile.first, tile.end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> Snapshot {
+        let mut film = Film::new([3, 40, 5, 25]);
+        for (i, tile) in film.tiles.iter_mut().enumerate() {
+            tile.extend(5 + i as u32, |p, range, stack| {
+                range.for_each(|s| stack.push(PixelSum::of([p[0] as f32 + s as f32 * 0.3, -1.0, f32::MIN_POSITIVE])));
+            });
+            tile.rays.shadow = u64::MAX - i as u64;
+            assert!(has_canonical_nodes(tile));
+        }
+        let panic = BadSample { pixel: [4, 6], sample: 2, fault: Fault::Panic("é".into()) };
+        let nan = BadSample { pixel: [5, 6], sample: 3, fault: Fault::NotFinite };
+        film.tiles[0].remember(vec![panic, nan], 7);
+        let schedule = Schedule { round: 3, base: vec![4; film.tiles.len()], targets: vec![8; film.tiles.len()] };
+        Snapshot {
+            identity: [("scene", "abc"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
+            note: vec![1, 2, 3],
+            share: Share::Tiles(Part { index: 2, count: 5 }),
+            spp: 64,
+            elapsed: Duration::from_millis(1234),
+            film,
+            schedule,
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let snapshot = example();
+        assert_eq!(Snapshot::decode(&snapshot.encode()).unwrap(), snapshot);
+    }
+
+    #[test]
+    fn every_cut_and_every_changed_byte_is_noticed() {
+        let bytes = example().encode();
+        for n in (0..bytes.len()).step_by(101).chain(0..200) {
+            assert!(Snapshot::decode(&bytes[..n]).is_err(), "cut to {n} bytes");
+            let mut changed = bytes.clone();
+            changed[n] ^= 1 << (n % 8);
+            assert!(Snapshot::decode(&changed).is_err(), "byte {n} changed");
+        }
+    }
+
+    /// With the checksum set right, what is read is what was written or an error; never a panic or a huge allocation.
+    #[test]
+    fn lies_under_a_right_checksum_are_survived() {
+        let bytes = example().encode();
+        let body = bytes.len() - HASH;
+        let mut rng = steradian_sampling::rng::Rng::new(5, 1);
+        for round in 0..20_000 {
+            let mut changed = bytes[..body].to_vec();
+            for _ in 0..=round % 3 {
+                let at = (rng.f32() * if round % 2 == 0 { 300.0 } else { body as f32 }) as usize;
+                changed[at] = (rng.f32() * 256.0) as u8;
+            }
+            if round % 5 == 0 {
+                changed.truncate((rng.f32() * body as f32) as usize);
+            }
+            let hash = blake3::hash(&changed);
+            changed.extend_from_slice(hash.as_bytes());
+            if let Ok(read) = Snapshot::decode(&changed) {
+                assert!(read.film.tiles.iter().all(has_canonical_nodes));
+                assert_eq!(read.film.tiles.len(), read.schedule.targets.len());
+            }
+        }
+    }
+
+    #[test]
+    fn what_differs_is_said() {
+        let snapshot = example();
+        assert_eq!(snapshot.check(&snapshot.identity), Ok(()));
+        let mut other = snapshot.identity.clone();
+        other.insert("seed".into(), "8".into());
+        other.insert("crop".into(), "0,1".into());
+        let said = snapshot.check(&other).unwrap_err().to_string();
+        assert_eq!(said, "of another render: crop: stored with nothing, now 0,1; seed: stored with 7, now 8");
+        let mut newer = snapshot.encode();
+        newer[8] = 9;
+        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: 1 }));
+    }
+}
