@@ -8,8 +8,18 @@ use steradian_sampling::warp::{
 use crate::hit::{cosine_weight, finite_or_zero};
 use crate::{Reference, ShapeSample, Triangle, area_to_solid_angle};
 
-/// Solid angles between which sampling by solid angle is worth its price, and stable.
+/// Solid angles between which sampling by solid angle is stable.
 const SPHERICAL: std::ops::RangeInclusive<f32> = 3e-4..=6.22;
+
+/// Seen from farther than this many of its longest edges, a triangle looks nearly the same from everywhere on it: then
+/// uniform points are as good as uniform directions, at a fraction of the price.
+const FAR: f32 = 2.0;
+
+/// A triangle's area and unit normal, worked out together.
+struct Plane {
+    area: f32,
+    n: Normal3,
+}
 
 impl Triangle {
     /// The area.
@@ -32,16 +42,41 @@ impl Triangle {
         (p0 + p1 + p2, gamma(7) * sum.to_vec())
     }
 
-    fn sample_at(&self, b1: f32, b2: f32, pdf: f32) -> ShapeSample {
+    /// `None` if there is no area.
+    #[inline]
+    fn plane(&self) -> Option<Plane> {
+        let cross = (self.p[1] - self.p[0]).cross(self.p[2] - self.p[0]);
+        let twice = cross.length();
+        let n = (cross * (1.0 / twice)).to_normal();
+        // The reciprocal of a tiny area may overflow: no density is infinite.
+        (twice > 0.0 && (2.0 / twice).is_finite() && n.is_finite()).then_some(Plane { area: 0.5 * twice, n })
+    }
+
+    #[inline]
+    fn sample_at(&self, plane: &Plane, b1: f32, b2: f32, pdf: f32) -> ShapeSample {
         let (p, p_error) = self.point(b1, b2);
-        ShapeSample { p, p_error, n: self.normal(), uv: Point2::new(b1, b2), pdf }
+        ShapeSample { p, p_error, n: plane.n, uv: Point2::new(b1, b2), pdf }
+    }
+
+    #[inline]
+    fn sample_plane(&self, plane: &Plane, u: [f32; 2]) -> ShapeSample {
+        let [_, b1, b2] = square_to_uniform_triangle(u);
+        self.sample_at(plane, b1, b2, 1.0 / plane.area)
     }
 
     /// A uniform point. `pdf` is per area. `None` if there is no area.
     pub fn sample_area(&self, u: [f32; 2]) -> Option<ShapeSample> {
-        let pdf = 1.0 / self.area();
-        let [_, b1, b2] = square_to_uniform_triangle(u);
-        (pdf.is_finite() && !self.is_degenerate()).then(|| self.sample_at(b1, b2, pdf))
+        self.plane().map(|plane| self.sample_plane(&plane, u))
+    }
+
+    /// Whether the triangle is far away for its size.
+    #[inline]
+    fn is_far(&self, from: Point3) -> bool {
+        let [p0, p1, p2] = self.p;
+        let edge2 = p0.distance_squared(p1).max(p1.distance_squared(p2)).max(p2.distance_squared(p0));
+        let near2 = from.distance_squared(p0).min(from.distance_squared(p1)).min(from.distance_squared(p2));
+        // The nearest point may be nearer than the nearest vertex, but at this distance not by much.
+        near2 > FAR * FAR * edge2
     }
 
     /// The unit vectors from `from` to the vertices; `None` if it is a vertex.
@@ -57,7 +92,11 @@ impl Triangle {
 
     /// The triangle on the unit sphere around the reference, if it is to be sampled there, and the weights of the
     /// corners of the unit square, whose images are b, b, a and c.
+    #[inline]
     fn spherical(&self, from: &Reference) -> Option<(SphericalTriangle, Option<[f32; 4]>)> {
+        if self.is_far(from.p) {
+            return None;
+        }
         let [a, b, c] = self.seen_from(from.p)?;
         let solid_angle = spherical_triangle_area(a, b, c);
         if !SPHERICAL.contains(&solid_angle) {
@@ -71,14 +110,13 @@ impl Triangle {
         Some((triangle, weights))
     }
 
-    /// A point seen from `from`: by solid angle, with preference for directions near `from.ns`, unless the triangle
-    /// looks very small or very large; then by area. `pdf` is per solid angle.
+    /// A point seen from `from`: by solid angle, with preference for directions near `from.ns`, unless the triangle is
+    /// far away or looks very small or very large; then by area. `pdf` is per solid angle.
+    #[inline]
     pub fn sample_solid_angle(&self, from: &Reference, u: [f32; 2]) -> Option<ShapeSample> {
-        if self.is_degenerate() {
-            return None;
-        }
+        let plane = self.plane()?;
         let Some((triangle, weights)) = self.spherical(from) else {
-            return self.sample_area(u)?.seen_from(from.p);
+            return self.sample_plane(&plane, u).seen_from(from.p);
         };
         let (u, mut pdf) = match weights {
             Some(w) => {
@@ -89,21 +127,19 @@ impl Triangle {
         };
         pdf *= triangle.pdf();
         let [b1, b2] = self.barycentric(from.p, triangle.sample(u));
-        (pdf > 0.0 && pdf.is_finite()).then(|| self.sample_at(b1, b2, pdf))
+        (pdf > 0.0 && pdf.is_finite()).then(|| self.sample_at(&plane, b1, b2, pdf))
     }
 
     /// The density per solid angle with which [`Triangle::sample_solid_angle`] gives the direction to `p` of the
     /// triangle.
     pub fn pdf_solid_angle(&self, from: &Reference, p: Point3) -> f32 {
-        if self.is_degenerate() {
-            return 0.0;
-        }
+        let Some(plane) = self.plane() else { return 0.0 };
         match self.spherical(from) {
             Some((triangle, weights)) => {
                 let Some(w) = (p - from.p).try_normalize() else { return 0.0 };
                 triangle.pdf() * weights.map_or(1.0, |weights| square_to_bilinear_pdf(triangle.invert(w), weights))
             }
-            None => finite_or_zero(area_to_solid_angle(1.0 / self.area(), from.p, p, self.normal())),
+            None => finite_or_zero(area_to_solid_angle(1.0 / plane.area, from.p, p, plane.n)),
         }
     }
 

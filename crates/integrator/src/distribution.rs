@@ -117,7 +117,7 @@ impl Distribution {
             let Some(hit) = record::intersect(world, &branch.ray, g.record) else {
                 if branch.sees_lights {
                     for &light in world.infinite_lights() {
-                        g.radiance += branch.beta * world.environment(light, branch.ray.d, w);
+                        g.radiance += branch.beta * world.environment(light, &branch.ray, w);
                     }
                 }
                 return;

@@ -102,7 +102,7 @@ mod tests {
     use steradian_spectrum::Lanes;
     use steradian_testkit::TestRng;
 
-    fn lobes() -> Vec<Bsdf> {
+    fn lobes() -> Vec<Bsdf<'static>> {
         let rough = TrowbridgeReitz::new(0.4, 0.3);
         let smooth = Dielectric::new(1.5, TrowbridgeReitz::smooth());
         let base = Diffuse::new(Lanes::splat(0.6));
@@ -121,7 +121,9 @@ mod tests {
         const N: u32 = 40_000;
         let mut rng = TestRng::new(11);
         for (i, bsdf) in lobes().iter().enumerate() {
-            for wo in [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.3, 0.4, -0.75).normalize()] {
+            let views =
+                [[0.6, 0.0, 0.8], [0.3, 0.4, -0.75], [0.9, -0.3, 0.2]].map(|[x, y, z]| Vec3::new(x, y, z).normalize());
+            for wo in views {
                 let mut mean_of = |how| {
                     let (mut sum, mut squares) = (0.0f64, 0.0f64);
                     for _ in 0..N {

@@ -201,7 +201,7 @@ impl Path {
         record: &mut R,
     ) {
         for &light in world.infinite_lights() {
-            let emitted = world.environment(light, ray.d, wavelengths);
+            let emitted = world.environment(light, ray, wavelengths);
             if emitted.is_black() {
                 continue;
             }

@@ -44,7 +44,7 @@ struct Walk {
 /// A point where the path scatters.
 struct Here<'a> {
     surface: &'a Surface,
-    shading: &'a Shading,
+    shading: &'a Shading<'a>,
     context: LightContext,
     wo: Vec3,
 }
@@ -89,7 +89,7 @@ impl SwitchedPath {
         loop {
             let Some(hit) = record::intersect(world, &walk.ray, record) else {
                 for &light in world.infinite_lights() {
-                    let emitted = world.environment(light, walk.ray.d, wavelengths);
+                    let emitted = world.environment(light, &walk.ray, wavelengths);
                     self.add_hit(&walk, emitted, Some(light), None, radiance, world, record);
                 }
                 record.path(walk.depth);

@@ -73,7 +73,7 @@ impl Whitted {
         let (surface, shading) = loop {
             let Some(hit) = record::intersect(world, &branch.ray, record) else {
                 for &light in world.infinite_lights() {
-                    *radiance += branch.beta * world.environment(light, branch.ray.d, wavelengths);
+                    *radiance += branch.beta * world.environment(light, &branch.ray, wavelengths);
                 }
                 return None;
             };

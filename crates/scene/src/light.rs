@@ -63,6 +63,28 @@ pub enum Light {
         /// Factor.
         scale: f32,
     },
+    /// A point whose intensity over directions is a picture.
+    Goniometric {
+        /// Light to world space; z is the pole of the picture.
+        world_from_light: Transform,
+        /// Radiant intensity where the picture is one, up to `scale`.
+        intensity: Spectrum,
+        /// A square picture in equal-area octahedral layout; colours are averaged.
+        image: Handle<TextureImage>,
+        /// Factor.
+        scale: f32,
+    },
+    /// A picture thrown along +z of light space, its top towards +y, its right towards +x.
+    Projection {
+        /// Light to world space.
+        world_from_light: Transform,
+        /// The picture: radiant intensity up to `scale`.
+        image: Handle<TextureImage>,
+        /// Full angle along the shorter axis, in degrees.
+        fov: f32,
+        /// Factor.
+        scale: f32,
+    },
     /// The same radiance from everywhere.
     UniformInfinite {
         /// Radiance up to `scale`.
@@ -81,4 +103,35 @@ pub enum Light {
         /// Factor.
         scale: f32,
     },
+    /// An environment map that is seen through a rectangular opening only.
+    PortalInfinite {
+        /// Light to world space.
+        world_from_light: Transform,
+        /// The map, square, in equal-area layout.
+        image: Handle<TextureImage>,
+        /// Factor.
+        scale: f32,
+        /// The rectangle in world space, in order around it; light comes from the side of `(p3 - p0) x (p1 - p0)`.
+        portal: [Point3; 4],
+    },
+}
+
+impl TextureImage {
+    /// The mean of a picture over all directions, colours averaged: what the total intensity of a goniometric light is
+    /// relative to.
+    pub fn mean_intensity(&self) -> f32 {
+        crate::world::mean_intensity(self)
+    }
+
+    /// The integral of luminance over the solid angle that a projection light with this picture fills.
+    pub fn projected_luminance(&self, fov: f32) -> f32 {
+        crate::world::projected_luminance(self, fov)
+    }
+}
+
+impl Light {
+    /// Whether a ray can run into the light by chance.
+    pub fn has_extent(&self) -> bool {
+        matches!(self, Self::UniformInfinite { .. } | Self::ImageInfinite { .. } | Self::PortalInfinite { .. })
+    }
 }

@@ -9,6 +9,7 @@ use crate::merge::MergeArgs;
 use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Size};
 use crate::selftest::SelftestArgs;
 use crate::stop::StopArgs;
+use crate::technique_args::TechniqueArgs;
 
 /// What `--help` says first.
 const ABOUT: &str = "Steradian turns a description of a scene into a photograph of it, by following light.";
@@ -185,6 +186,9 @@ pub(crate) struct PictureArgs {
     /// Follow wavelengths, or only red, green and blue
     #[arg(long, value_name = "MODE")]
     pub color: Option<ColorArg>,
+
+    #[command(flatten)]
+    pub technique: TechniqueArgs,
 }
 
 /// More than any picture needs, and the most that single precision sums are good for.
@@ -215,6 +219,10 @@ pub(crate) struct RunArgs {
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
+
+    /// Start even what would take absurdly many rays
+    #[arg(long)]
+    pub yes: bool,
 }
 
 /// The forms of progress.
@@ -231,6 +239,14 @@ pub(crate) enum ProgressArg {
 pub(crate) enum IntegratorArg {
     /// Paths from the camera, with light sampling
     Path,
+    /// Paths through participating media
+    Volpath,
+    /// Random walks through participating media, without light sampling
+    Simplevolpath,
+    /// Whitted 1980: mirrors, refraction, and lamps as points
+    Whitted,
+    /// Cook 1984: rays distributed over pixel, lens, lamps, lobes and time at each hit
+    Distribution,
     /// Shading normals as colours
     Normals,
     /// Reflected share of light

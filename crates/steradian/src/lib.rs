@@ -24,6 +24,7 @@ mod progress;
 mod render;
 mod selftest;
 mod stop;
+mod technique_args;
 mod trace;
 mod watch;
 

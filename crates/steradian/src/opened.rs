@@ -132,6 +132,23 @@ pub(crate) fn check_limit(world: &World, spp: u32, limit: u64) -> Result<(), Fai
     )))
 }
 
+/// Refuses what would not end, unless the user insists.
+pub(crate) fn check_cost(world: &World, insisted: bool) -> Result<(), Failure> {
+    let settings = world.settings();
+    let Some(per_sample) = settings.integrator.predicted_rays(&world.light_census()) else { return Ok(()) };
+    let [w, h] = settings.film.size();
+    let rays = per_sample * f64::from(w) * f64::from(h) * f64::from(settings.sampler.spp);
+    if rays <= steradian_scene::ABSURD_RAYS || insisted {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "this would take up to {rays:.1e} rays ({per_sample:.1e} for each of {} samples of {w} x {h} pixels), about {:.0e} hours at \
+         a million rays a second; lower --max-depth or the counts of rays, or insist with --yes",
+        settings.sampler.spp,
+        rays / 3.6e9
+    )))
+}
+
 /// Refuses a film that cannot fit.
 fn check_memory(scene: &Scene, memory: u64) -> Result<(), Failure> {
     let film = &scene.settings.film;

@@ -38,6 +38,8 @@ pub(crate) fn apply(picture: &PictureArgs, scene: &mut Scene, console: &Console)
     if let Some(integrator) = picture.integrator {
         settings.integrator.kind = integrator_kind(integrator, settings.integrator.kind);
     }
+    crate::technique_args::apply(&picture.technique, scene, picture.spp.is_some());
+    let settings = &mut scene.settings;
     if let Some(depth) = picture.max_depth {
         settings.integrator.max_depth = depth;
     }
@@ -90,6 +92,10 @@ fn sampler_kind(arg: SamplerArg) -> SamplerKind {
 fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKind {
     match (arg, in_scene) {
         (IntegratorArg::Path, _) => IntegratorKind::Path,
+        (IntegratorArg::Volpath, _) => IntegratorKind::VolPath,
+        (IntegratorArg::Simplevolpath, _) => IntegratorKind::SimpleVolPath,
+        (IntegratorArg::Whitted, _) => crate::technique_args::whitted(),
+        (IntegratorArg::Distribution, _) => crate::technique_args::distribution(),
         (IntegratorArg::Normals, _) => IntegratorKind::Normals,
         (IntegratorArg::Albedo, _) => IntegratorKind::Albedo,
         (IntegratorArg::Depth, _) => IntegratorKind::Depth,
@@ -116,6 +122,8 @@ pub(crate) fn sampler_name(kind: SamplerKind) -> &'static str {
 pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {
         IntegratorKind::Path => "path",
+        IntegratorKind::VolPath => "volpath",
+        IntegratorKind::SimpleVolPath => "simplevolpath",
         IntegratorKind::Whitted(_) => "whitted",
         IntegratorKind::Distribution(_) => "distribution",
         IntegratorKind::Normals => "normals",
@@ -154,6 +162,7 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
     add("sampler", named(picture.sampler));
     add("max-depth", picture.max_depth.map(|v| v.to_string()));
     add("color", named(picture.color));
+    crate::technique_args::as_typed(&picture.technique, &mut out);
     out
 }
 
@@ -174,11 +183,12 @@ mod tests {
             sampler: Some(SamplerArg::ZSobol),
             max_depth: Some(3),
             color: Some(ColorArg::Rgb),
+            technique: crate::technique_args::TechniqueArgs { split: Some(4), ..Default::default() },
         };
         assert_eq!(
             as_typed(&picture),
             " --spp 8 --sampler-spp 64 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
-             --max-depth 3 --color rgb"
+             --max-depth 3 --color rgb --split 4"
         );
         assert_eq!(as_typed(&PictureArgs::default()), "");
     }

@@ -51,6 +51,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     if let Some(limit) = args.run.max_memory {
         opened::check_limit(&world, spp.min(1 << 12), limit.0)?;
     }
+    opened::check_cost(&world, args.run.yes)?;
     console.say(format_args!(
         "{}: read in {}, prepared in {}",
         opened.name,

@@ -4,12 +4,12 @@ use super::Loader;
 use super::images::texel_rgb;
 use super::params::{Params, SPECTRUM};
 use std::rc::Rc;
-use steradian_image::{Texels, Wrap};
+use steradian_image::{Image, Lookup, Texels, Wrap};
 use steradian_math::{Frame, PI, Point3, Transform, Vec3, cos};
 use steradian_sampling::warp::{square_to_lat_long, square_to_octahedral};
 use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, TextureImage};
-use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
-use steradian_syntax::Directive;
+use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, cie};
+use steradian_syntax::{Directive, Span};
 
 const TYPES: [&str; 6] = ["point", "spot", "distant", "infinite", "goniometric", "projection"];
 
@@ -64,11 +64,8 @@ impl Loader<'_> {
             "spot" => self.spot_light(p, &ctm),
             "distant" => self.distant_light(p, &ctm),
             "infinite" => self.infinite_light(p, &ctm),
-            "goniometric" | "projection" => {
-                p.error(format!("the `{kind}` light is not supported yet"), None);
-                p.accept_all();
-                None
-            }
+            "goniometric" => self.goniometric_light(p, &ctm),
+            "projection" => self.projection_light(p, &ctm),
             _ => {
                 p.accept_all();
                 self.unknown_type("light", &kind, span, &TYPES);
@@ -139,13 +136,66 @@ impl Loader<'_> {
         Some(Light::Distant { to_light: ctm.vector(-axis).try_normalize()?, radiance, scale })
     }
 
+    fn goniometric_light(&mut self, p: &mut Params, ctm: &Transform) -> Option<Light> {
+        let emission = self.emission(p, "I");
+        let power = p.float("power", -1.0);
+        let image = self.square_image(p, "goniometric")?;
+        let (intensity, mut scale) = emission?;
+        if power > 0.0 {
+            scale *= power_factor(p, power, 4.0 * PI * self.scene.images[image].mean_intensity())?;
+        }
+        // The picture's pole is y of the light.
+        let swap = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+        let world_from_light = ctm.mul(&Transform { m: swap, inv: swap });
+        Some(Light::Goniometric { world_from_light, intensity, image, scale })
+    }
+
+    fn projection_light(&mut self, p: &mut Params, ctm: &Transform) -> Option<Light> {
+        let (mut scale, power, fov) = (p.float("scale", 1.0), p.float("power", -1.0), p.float("fov", 90.0));
+        if !(fov > 0.0 && fov < 180.0) {
+            let span = p.span_of("fov");
+            p.error(format!("`fov` must be between 0 and 180 degrees, not {fov}"), span);
+            return None;
+        }
+        let Some((name, span)) = p.string("filename") else {
+            p.error(format!("{} needs a `filename`", p.what()), None);
+            return None;
+        };
+        let image = self.light_image(p, &name, span, |_| [Wrap::Clamp; 2])?;
+        let picture = &self.scene.images[image];
+        scale /= picture.color_space.photometric();
+        if power > 0.0 {
+            scale *= power_factor(p, power, picture.projected_luminance(fov))?;
+        }
+        Some(Light::Projection { world_from_light: *ctm, image, fov, scale })
+    }
+
+    /// The picture of a light that must be in equal-area layout.
+    fn square_image(&mut self, p: &mut Params, light: &str) -> Option<Handle<TextureImage>> {
+        let Some((name, span)) = p.string("filename") else {
+            p.error(format!("{} needs a `filename`", p.what()), None);
+            return None;
+        };
+        let image = self.light_image(p, &name, span, |_| [Wrap::Octahedral; 2])?;
+        let texels = &self.scene.images[image].texels;
+        let (w, h) = (texels.width(), texels.height());
+        if w != h {
+            let message =
+                format!("{name}: the picture of a {light} light must be square (equal-area layout), not {w} x {h}");
+            p.error(message, span);
+            return None;
+        }
+        Some(image)
+    }
+
     fn infinite_light(&mut self, p: &mut Params, ctm: &Transform) -> Option<Light> {
         let given = p.raw("L", SPECTRUM).is_some();
         let illuminance = Some(p.float("illuminance", -1.0)).filter(|&e| e > 0.0);
-        if let Some((_, span)) = p.take_points("portal") {
-            p.warning("the `portal` of an infinite light is not supported yet and is ignored", span);
-        }
+        let portal = p.take_points("portal");
         let Some((name, span)) = p.string("filename") else {
+            if let Some((points, span)) = portal {
+                return self.uniform_portal(p, &points, span, illuminance);
+            }
             let (radiance, mut scale) = self.emission(p, "L")?;
             // A uniform sky of radiance L lights an upward surface with pi L.
             if let Some(e) = illuminance {
@@ -156,7 +206,7 @@ impl Loader<'_> {
         if given {
             p.error(format!("{} has both `L` and `filename`", p.what()), span);
         }
-        let mut scale = p.float("scale", 1.0);
+        let scale = p.float("scale", 1.0);
         // pbrt takes squares in equal-area layout only; what is twice as wide as high is the usual latitude and longitude.
         let is_square = |t: &Texels| t.width() == t.height();
         let wrap = |t: &Texels| if is_square(t) { [Wrap::Octahedral; 2] } else { [Wrap::Repeat, Wrap::Clamp] };
@@ -170,16 +220,68 @@ impl Loader<'_> {
                 span,
             );
         }
-        scale /= self.scene.images[image].color_space.photometric();
-        if let Some(target) = illuminance {
-            let from_map = self.upward_illuminance(image, mapping);
-            if from_map > 0.0 {
-                scale *= target / from_map;
-            } else {
-                p.error(format!("{name}: `illuminance` cannot be reached, since no light comes from above"), span);
-            }
+        let scale = self.map_scale(p, scale, image, mapping, illuminance, span)?;
+        let Some((points, portal_span)) = portal else {
+            return Some(Light::ImageInfinite { world_from_light: *ctm, image, mapping, scale });
+        };
+        if mapping == EnvironmentMapping::LatLong {
+            p.error(format!("{name}: behind a `portal` the picture must be square (equal-area layout)"), span);
+            return None;
         }
-        Some(Light::ImageInfinite { world_from_light: *ctm, image, mapping, scale })
+        let portal = rectangle(p, &points, portal_span)?;
+        Some(Light::PortalInfinite { world_from_light: *ctm, image, scale, portal })
+    }
+
+    /// The factor of a map, given the illuminance that it is to have.
+    fn map_scale(
+        &self,
+        p: &mut Params,
+        scale: f32,
+        image: Handle<TextureImage>,
+        mapping: EnvironmentMapping,
+        illuminance: Option<f32>,
+        span: Span,
+    ) -> Option<f32> {
+        let picture = &self.scene.images[image];
+        let scale = scale / picture.color_space.photometric();
+        let Some(target) = illuminance else { return Some(scale) };
+        let from_map = self.upward_illuminance(image, mapping);
+        if from_map > 0.0 {
+            return Some(scale * target / from_map);
+        }
+        let name = &picture.name;
+        p.error(format!("{name}: `illuminance` cannot be reached, since no light comes from above"), span);
+        None
+    }
+
+    /// A uniform sky behind a portal: as in pbrt its spectrum is first turned into a picture of one pixel.
+    fn uniform_portal(
+        &mut self,
+        p: &mut Params,
+        points: &[Point3],
+        span: Span,
+        illuminance: Option<f32>,
+    ) -> Option<Light> {
+        let Some(radiance) = self.spectrum(p, "L", SpectrumUse::Illuminant) else {
+            p.error(format!("{} with a `portal` needs `L` or a `filename`", p.what()), span);
+            return None;
+        };
+        let scale = p.float("scale", 1.0);
+        let portal = rectangle(p, points, span)?;
+        let space = ColorSpace::Srgb;
+        let xyz = cie::xyz_of_table(&radiance.to_dense()).map(|v| v / cie::Y_INTEGRAL);
+        let picture = Image::from_rgb(1, 1, &[space.rgb_from_xyz().apply(xyz)])?;
+        let texels = Texels::from_image(&picture).map_err(|e| p.error(e.to_string(), None)).ok()?;
+        let image = TextureImage {
+            name: "sky".into(),
+            texels,
+            lookup: Lookup::Bilinear,
+            wrap: [Wrap::Octahedral; 2],
+            color_space: space,
+        };
+        let image = self.scene.images.push(image);
+        let scale = self.map_scale(p, scale, image, EnvironmentMapping::EqualArea, illuminance, span)?;
+        Some(Light::PortalInfinite { world_from_light: Transform::IDENTITY, image, scale, portal })
     }
 
     /// What an environment map sends onto a surface that faces +z of light space: the integral of luminance times cosine.
@@ -210,13 +312,43 @@ impl Loader<'_> {
     }
 }
 
+/// What an intensity whose total is `total` must be multiplied by to emit `power`.
+fn power_factor(p: &mut Params, power: f32, total: f32) -> Option<f32> {
+    if total > 0.0 {
+        return Some(power / total);
+    }
+    p.error(format!("`power` of {} cannot be reached, since its picture is black", p.what()), None);
+    None
+}
+
+/// The four corners of a portal, which must be a rectangle.
+fn rectangle(p: &mut Params, points: &[Point3], span: Span) -> Option<[Point3; 4]> {
+    let Ok(corners) = <[Point3; 4]>::try_from(points) else {
+        p.error(format!("a `portal` has four corners, not {}", points.len()), span);
+        return None;
+    };
+    let [a, b, c, d] = corners;
+    let edges = [b - a, c - b, c - d, d - a].map(Vec3::try_normalize);
+    let [Some(ab), Some(bc), Some(dc), Some(ad)] = edges else {
+        p.error("two corners of the `portal` are the same", span);
+        return None;
+    };
+    let same = |v: Vec3, w: Vec3| (v.dot(w) - 1.0).abs() <= 1e-3;
+    let square = |v: Vec3, w: Vec3| v.dot(w).abs() <= 1e-3;
+    if same(ab, dc) && same(bc, ad) && square(ab, bc) && square(bc, dc) && square(dc, ad) && square(ad, ab) {
+        return Some(corners);
+    }
+    p.error("the `portal` is not a rectangle with its corners in order", span);
+    None
+}
+
 /// The white of a colour space, as a light.
 fn white(space: ColorSpace) -> Spectrum {
     Spectrum::rgb_illuminant(space, [1.0; 3])
 }
 
 /// The photometric value that a light's scale is divided by; a light that cannot be seen is an error.
-fn positive_photometric(p: &mut Params, name: &str, spectrum: &Spectrum) -> Option<f32> {
+pub(super) fn positive_photometric(p: &mut Params, name: &str, spectrum: &Spectrum) -> Option<f32> {
     let value = spectrum.photometric();
     if value > 0.0 {
         return Some(value);

@@ -46,7 +46,7 @@ fn check_mean(r: &Rendered, expected: [f32; 3], tolerance: f32, what: &str) {
 #[test]
 fn inside_an_emitting_sphere_radiance_is_a_geometric_series() {
     let (rho, depth) = (0.5f32, 6u32);
-    let expected: f32 = (0..=depth).map(|k| rho.powf(k as f32)).sum();
+    let expected: f32 = (0..=depth).map(|k| steradian_math::powf(rho, k as f32)).sum();
     for color in [ColorMode::Rgb, ColorMode::Spectral] {
         for sampler in SAMPLERS {
             for selection in [LightSelection::Uniform, LightSelection::Power, LightSelection::Tree] {

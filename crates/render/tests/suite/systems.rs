@@ -216,7 +216,7 @@ fn distribution_has_the_expectation_of_path_tracing() {
     .enumerate()
     {
         let s = distributed(scene(), d, 2);
-        let spp = 4 * d.samples_per_pixel();
+        let spp = 8 * d.samples_per_pixel();
         let r = run(s.clone(), spp);
         same_mean(&r, &reference, 3, &format!("grid {i}"));
         assert!(r.rays.total() as f64 <= 64.0 * predicted(&s, spp), "{:?}", r.rays);

@@ -42,7 +42,7 @@ pub fn room(size: u32, spp: u32, sampler: SamplerKind) -> Scene {
     let varnished = material(&mut s, Scattering::CoatedDiffuse { reflectance: gold, coat });
     let ball = s.primitives.len() - 2;
     s.primitives[ball].material = metal;
-    s.primitives.push(sphere(0.3, Vec3::new(0.5, 1.2, 0.5), varnished));
+    s.primitives.push(sphere(0.45, Vec3::new(0.45, 1.25, 0.4), varnished));
     s
 }
 

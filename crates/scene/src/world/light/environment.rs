@@ -1,25 +1,27 @@
 //! Environment maps: radiance from infinitely far as a picture, sampled in proportion to its brightness (PBRT 4th ed.,
 //! 12.5.2).
 
-use crate::{EnvironmentMapping, Handle, TextureImage};
+use super::far::{FarLight, FarSample};
+use crate::world::texture::rgb_lanes;
+use crate::{Arena, EnvironmentMapping, Handle, TextureImage};
 use steradian_image::Texels;
-use steradian_math::{INV_4PI, PI, Transform, Vec3, safe_sqrt, sin_cos};
+use steradian_math::{INV_4PI, PI, Point3, Ray, Transform, Vec3, safe_sqrt, sin_cos};
 use steradian_sampling::Piecewise2D;
 use steradian_sampling::warp::{lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_octahedral};
+use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 
 /// An environment map with the tables to sample it.
 #[derive(Clone, Debug)]
-pub struct Environment {
-    /// The picture.
-    pub image: Handle<TextureImage>,
-    /// Factor.
-    pub scale: f32,
+pub(super) struct Environment {
+    image: Handle<TextureImage>,
+    scale: f32,
     mapping: EnvironmentMapping,
     world_from_light: Transform,
     distribution: Option<Piecewise2D>,
 }
 
-fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
+/// The colour of a texel; grey where there is one colour channel only.
+pub(super) fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
     if texels.channels() < 3 { [texels.texel(x, y, 0); 3] } else { std::array::from_fn(|c| texels.texel(x, y, c)) }
 }
 
@@ -61,7 +63,7 @@ impl Environment {
     }
 
     /// The colour seen in direction `d` (world space), before `scale`.
-    pub fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
+    fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
         let [u, v] = self.square_of(d);
         let (w, h) = (texels.width(), texels.height());
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
@@ -83,7 +85,7 @@ impl Environment {
     }
 
     /// A direction towards the map (world space) and its density per solid angle. `None` for a black map.
-    pub fn sample(&self, u: [f32; 2]) -> Option<(Vec3, f32)> {
+    fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, f32)> {
         let (uv, pdf) = self.distribution.as_ref()?.sample(u);
         let local = match self.mapping {
             EnvironmentMapping::EqualArea => square_to_octahedral(uv),
@@ -93,8 +95,8 @@ impl Environment {
         (pdf > 0.0 && pdf.is_finite()).then(|| (self.world_from_light.vector(local).normalize(), pdf))
     }
 
-    /// The density per solid angle of `sample`.
-    pub fn pdf(&self, d: Vec3) -> f32 {
+    /// The density per solid angle of `sample_direction`.
+    fn pdf_direction(&self, d: Vec3) -> f32 {
         let Some(distribution) = &self.distribution else { return 0.0 };
         let square = self.square_of(d);
         let local = self.world_from_light.inverse().vector(d).normalize();
@@ -111,9 +113,42 @@ impl Environment {
     }
 
     /// The mean brightness over the sphere, before `scale`: for choosing among lights.
-    pub fn mean_brightness(&self) -> f32 {
+    fn mean_brightness(&self) -> f32 {
         let weight = if self.mapping == EnvironmentMapping::LatLong { PI / 2.0 } else { 1.0 };
         self.distribution.as_ref().map_or(0.0, |d| d.integral() * weight)
+    }
+}
+
+impl Environment {
+    fn lanes(&self, images: &Arena<TextureImage>, d: Vec3, w: &Wavelengths) -> Lanes {
+        let image = &images[self.image];
+        let rgb = self.rgb(&image.texels, d).map(|v| v.max(0.0));
+        rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale
+    }
+}
+
+impl FarLight for Environment {
+    const IS_DELTA: bool = false;
+
+    #[inline]
+    fn sample(&self, images: &Arena<TextureImage>, _: Point3, u: [f32; 2], w: &Wavelengths) -> Option<FarSample> {
+        let (wi, pdf) = self.sample_direction(u)?;
+        FarSample::infinite(self.lanes(images, wi, w), wi, pdf)
+    }
+
+    #[inline]
+    fn pdf(&self, _: Point3, wi: Vec3) -> f32 {
+        self.pdf_direction(wi)
+    }
+
+    #[inline]
+    fn radiance(&self, images: &Arena<TextureImage>, ray: &Ray, w: &Wavelengths) -> Lanes {
+        self.lanes(images, ray.d, w)
+    }
+
+    fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {
+        let unit = images[self.image].color_space.photometric() * self.scale;
+        self.mean_brightness() * unit * 4.0 * PI * PI * scene_radius * scene_radius
     }
 }
 

@@ -4,22 +4,30 @@
 //! report the probability alone.
 
 mod bounds;
+mod distant;
 mod emitter;
 mod environment;
+mod far;
+mod goniometric;
+mod lamp_points;
 mod point;
+mod portal;
+mod projection;
+mod selection;
+mod spot;
+mod uniform;
 
 pub use emitter::{Emitter, EmitterShape};
-pub use point::LightPoint;
+pub(crate) use goniometric::mean_intensity;
+pub use lamp_points::LightPoint;
+pub(crate) use projection::projected_luminance;
 
 use super::texture::rgb_lanes;
 use super::{Surface, World};
-use crate::{Light, LightSelection};
-use bounds::{LightBounds, LightTree};
-use environment::Environment;
+use far::{Far, brightness};
+use selection::Selection;
 use steradian_geometry::Reference;
-use steradian_math::{Bounds3, Frame, INV_4PI, Normal3, PI, Point2, Point3, Vec3, smoothstep};
-use steradian_sampling::AliasTable;
-use steradian_sampling::warp::square_to_uniform_sphere;
+use steradian_math::{Bounds3, Frame, Normal3, PI, Point2, Point3, Ray, Vec3};
 use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 
 /// The point that light is sampled for.
@@ -60,14 +68,6 @@ pub struct LightSample {
     pub is_delta: bool,
 }
 
-/// A light that is not a surface, ready to be sampled.
-#[derive(Clone, Debug)]
-enum Far {
-    Delta(Light),
-    Uniform(steradian_spectrum::Spectrum, f32),
-    Map(Environment),
-}
-
 /// All lights. Numbers below `emitters.len()` are surfaces, the rest are the others in order.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
@@ -81,47 +81,18 @@ pub struct Lights {
     points: Vec<LightPoint>,
 }
 
-#[derive(Clone, Debug, Default)]
-enum Selection {
-    #[default]
-    None,
-    Uniform(u32),
-    Power(AliasTable),
-    /// Lights without a place alike, the rest by the tree.
-    Tree {
-        tree: LightTree,
-        probability_placeless: f32,
-    },
-}
-
 impl Lights {
     /// Builds the tables for `emitters` and the scene's other lights.
     pub(crate) fn build(world: &World, emitters: Vec<Emitter>, bounds: &Bounds3) -> Self {
         let scene = &world.scene;
-        let far: Vec<Far> = scene
-            .lights
-            .iter()
-            .map(|light| match light {
-                Light::Point { .. } | Light::Spot { .. } | Light::Distant { .. } => Far::Delta(light.clone()),
-                Light::UniformInfinite { radiance, scale } => Far::Uniform(radiance.clone(), *scale),
-                Light::ImageInfinite { world_from_light, image, mapping, scale } => Far::Map(Environment::new(
-                    *image,
-                    &scene.images[*image].texels,
-                    *mapping,
-                    *world_from_light,
-                    *scale,
-                )),
-            })
-            .collect();
+        let far: Vec<Far> = scene.lights.iter().map(|light| Far::new(light, &scene.images)).collect();
         let first = emitters.len() as u32;
-        let infinite = (0..far.len()).filter(|&i| !matches!(far[i], Far::Delta(_))).map(|i| first + i as u32).collect();
+        let infinite = (0..far.len()).filter(|&i| !far[i].is_delta()).map(|i| first + i as u32).collect();
         let mut lights =
             Self { emitters, far, infinite, placeless: Vec::new(), selection: Selection::None, points: Vec::new() };
         lights.points = lights.light_points(world);
-        lights.placeless = (0..lights.far.len())
-            .filter(|&i| !matches!(lights.far[i], Far::Delta(Light::Point { .. } | Light::Spot { .. })))
-            .map(|i| first + i as u32)
-            .collect();
+        lights.placeless =
+            (0..lights.far.len()).filter(|&i| lights.far[i].bounds(1.0).is_none()).map(|i| first + i as u32).collect();
         lights.selection = lights.select(world, scene.settings.integrator.light_selection, bounds);
         lights
     }
@@ -130,68 +101,8 @@ impl Lights {
         self.emitters.len() + self.far.len()
     }
 
-    fn select(&self, world: &World, how: LightSelection, bounds: &Bounds3) -> Selection {
-        let n = self.len();
-        if n == 0 {
-            return Selection::None;
-        }
-        let radius = bounds.bounding_sphere().1;
-        match how {
-            LightSelection::Uniform => Selection::Uniform(n as u32),
-            LightSelection::Power => {
-                let weights: Vec<f32> = (0..n as u32).map(|i| self.power(world, i, radius)).collect();
-                AliasTable::new(&weights).map_or(Selection::Uniform(n as u32), Selection::Power)
-            }
-            LightSelection::Tree => {
-                let mut items = Vec::new();
-                for (i, e) in self.emitters.iter().enumerate() {
-                    let (axis, cos) = world.emitter_normals(&e.shape);
-                    let two_sided = world.area_lights[e.emission as usize].two_sided;
-                    let power = self.power(world, i as u32, radius);
-                    items.push((
-                        i as u32,
-                        LightBounds::new(world.emitter_bounds(&e.shape), axis, cos, 0.0, power, two_sided),
-                    ));
-                }
-                for (i, far) in self.far.iter().enumerate() {
-                    let id = (self.emitters.len() + i) as u32;
-                    let Far::Delta(light) = far else { continue };
-                    match light {
-                        Light::Point { position, .. } => {
-                            items.push((id, LightBounds::point(*position, self.power(world, id, radius))));
-                        }
-                        Light::Spot { world_from_light, cos_end, cos_start, .. } => {
-                            let p = world_from_light.point(Point3::default());
-                            let axis = world_from_light.vector(Vec3::new(0.0, 0.0, 1.0)).normalize();
-                            let (te, ts) = (steradian_math::safe_acos(*cos_end), steradian_math::safe_acos(*cos_start));
-                            let spread = steradian_math::cos(te - ts);
-                            // As bright as the point light whose cone this is.
-                            let power = self.spot_intensity(light) * 4.0 * PI;
-                            items.push((
-                                id,
-                                LightBounds::new(Bounds3::new(p, p), axis, *cos_start, spread, power, false),
-                            ));
-                        }
-                        _ => {}
-                    }
-                }
-                let tree = LightTree::build(items, n);
-                let groups = self.placeless.len() + usize::from(!tree.is_empty());
-                Selection::Tree { tree, probability_placeless: if groups == 0 { 0.0 } else { 1.0 / groups as f32 } }
-            }
-        }
-    }
-
-    fn spot_intensity(&self, light: &Light) -> f32 {
-        match light {
-            Light::Spot { intensity, scale, .. } => brightness(intensity) * scale,
-            _ => 0.0,
-        }
-    }
-
     /// Emitted power in common, photometric units: only to choose among lights.
     fn power(&self, world: &World, id: u32, scene_radius: f32) -> f32 {
-        let disk = PI * scene_radius * scene_radius;
         if let Some(e) = self.emitters.get(id as usize) {
             let light = &world.area_lights[e.emission as usize];
             let l = match light.image {
@@ -203,25 +114,8 @@ impl Lights {
             };
             return l * e.scale * world.emitter_area(&e.shape) * PI * if light.two_sided { 2.0 } else { 1.0 };
         }
-        match &self.far[id as usize - self.emitters.len()] {
-            Far::Uniform(radiance, scale) => brightness(radiance) * scale * 4.0 * PI * disk,
-            Far::Map(map) => {
-                let space = world.scene.images[map.image].color_space;
-                map.mean_brightness() * space.photometric() * map.scale * 4.0 * PI * disk
-            }
-            Far::Delta(Light::Point { intensity, scale, .. }) => brightness(intensity) * scale * 4.0 * PI,
-            Far::Delta(light @ Light::Spot { cos_end, cos_start, .. }) => {
-                self.spot_intensity(light) * 2.0 * PI * ((1.0 - cos_start) + (cos_start - cos_end) / 2.0)
-            }
-            Far::Delta(Light::Distant { radiance, scale, .. }) => brightness(radiance) * scale * disk,
-            Far::Delta(_) => 0.0,
-        }
+        self.far[id as usize - self.emitters.len()].power(&world.scene.images, scene_radius)
     }
-}
-
-/// A measure of strength that is positive for every spectrum that is not black.
-fn brightness(s: &steradian_spectrum::Spectrum) -> f32 {
-    s.photometric().max(1e-3 * s.max_value())
 }
 
 impl World {
@@ -234,52 +128,6 @@ impl World {
     /// How many lights there are.
     pub fn light_count(&self) -> usize {
         self.lights.len()
-    }
-
-    /// Picks a light: its number and the probability of that choice.
-    #[inline]
-    fn pick_light(&self, from: &Reference, u: f32) -> Option<(u32, f32)> {
-        let lights = &self.lights;
-        match &lights.selection {
-            Selection::None => None,
-            Selection::Uniform(n) => Some((((u * *n as f32) as u32).min(n - 1), 1.0 / *n as f32)),
-            Selection::Power(table) => {
-                let s = table.sample(u);
-                Some((s.index as u32, s.probability))
-            }
-            Selection::Tree { tree, probability_placeless } => {
-                let p = *probability_placeless;
-                let placeless = &self.lights.placeless;
-                let below = p * placeless.len() as f32;
-                if u < below {
-                    let i = ((u / p) as usize).min(placeless.len() - 1);
-                    return Some((placeless[i], p));
-                }
-                if tree.is_empty() {
-                    return placeless.last().map(|&id| (id, p));
-                }
-                let share = 1.0 - below;
-                let u = ((u - below) / share).min(steradian_math::ONE_MINUS_EPSILON);
-                tree.sample(from.p, from.ns, u).map(|(id, pmf)| (id, pmf * share))
-            }
-        }
-    }
-
-    #[inline]
-    fn pick_probability(&self, from: &Reference, light: u32) -> f32 {
-        match &self.lights.selection {
-            Selection::None => 0.0,
-            Selection::Uniform(n) => 1.0 / *n as f32,
-            Selection::Power(table) => table.probability(light as usize),
-            Selection::Tree { tree, probability_placeless } => {
-                if self.lights.placeless.contains(&light) {
-                    *probability_placeless
-                } else {
-                    let share = 1.0 - probability_placeless * self.lights.placeless.len() as f32;
-                    tree.probability(from.p, from.ns, light) * share
-                }
-            }
-        }
     }
 
     /// Samples the light that arrives at a point: one number picks the light, two a point on it.
@@ -313,7 +161,7 @@ impl World {
     ) -> Option<LightSample> {
         let from = &context.reference;
         if let Some(emitter) = self.lights.emitters.get(light as usize) {
-            let s = self.sample_emitter(&emitter.shape, from, u2)?;
+            let s = self.sample_emitter(emitter, from, u2)?;
             let d = s.p - from.p;
             let distance = d.length();
             let wi = d * (1.0 / distance);
@@ -325,54 +173,16 @@ impl World {
             return Some(LightSample { light, radiance, wi, distance, end, pdf: s.pdf * probability, is_delta: false });
         }
         let far = &self.lights.far[light as usize - self.lights.emitters.len()];
-        let infinite = |radiance: Lanes, wi: Vec3, pdf: f32, is_delta: bool| {
-            (!radiance.is_black()).then_some(LightSample {
-                light,
-                radiance,
-                wi,
-                distance: f32::INFINITY,
-                end: Point3::default(),
-                pdf: pdf * probability,
-                is_delta,
-            })
-        };
-        match far {
-            Far::Uniform(radiance, scale) => {
-                infinite(radiance.eval(w) * *scale, square_to_uniform_sphere(u2), INV_4PI, false)
-            }
-            Far::Map(map) => {
-                let (wi, pdf) = map.sample(u2)?;
-                infinite(self.map_radiance(map, wi, w), wi, pdf, false)
-            }
-            Far::Delta(light_data) => {
-                let at = |p: Point3, intensity: Lanes| {
-                    let d = p - from.p;
-                    let distance = d.length();
-                    let radiance = intensity * (1.0 / (distance * distance));
-                    (distance > 0.0 && !radiance.is_black()).then(|| LightSample {
-                        light,
-                        radiance,
-                        wi: d * (1.0 / distance),
-                        distance,
-                        end: p,
-                        pdf: probability,
-                        is_delta: true,
-                    })
-                };
-                match light_data {
-                    Light::Point { position, intensity, scale } => at(*position, intensity.eval(w) * *scale),
-                    Light::Spot { world_from_light, intensity, scale, cos_end, cos_start } => {
-                        let p = world_from_light.point(Point3::default());
-                        let axis = world_from_light.inverse().vector(from.p - p).normalize().z;
-                        at(p, intensity.eval(w) * (*scale * smoothstep(axis, *cos_end, *cos_start)))
-                    }
-                    Light::Distant { to_light, radiance, scale } => {
-                        infinite(radiance.eval(w) * *scale, *to_light, 1.0, true)
-                    }
-                    Light::UniformInfinite { .. } | Light::ImageInfinite { .. } => None,
-                }
-            }
-        }
+        let s = far.sample(&self.scene.images, from.p, u2, w)?;
+        Some(LightSample {
+            light,
+            radiance: s.radiance,
+            wi: s.wi,
+            distance: s.distance,
+            end: s.end,
+            pdf: s.pdf * probability,
+            is_delta: far.is_delta(),
+        })
     }
 
     /// The density per solid angle, probability of the light included, with which `sample_light` gives direction `wi`.
@@ -385,30 +195,18 @@ impl World {
             return 0.0;
         }
         let pdf = match (self.lights.emitters.get(light as usize), hit) {
-            (Some(emitter), Some(hit)) => self.emitter_pdf(&emitter.shape, from, hit),
+            (Some(emitter), Some(hit)) => self.emitter_pdf(emitter, from, hit),
             (Some(_), None) => 0.0,
-            (None, _) => match &self.lights.far[light as usize - self.lights.emitters.len()] {
-                Far::Uniform(..) => INV_4PI,
-                Far::Map(map) => map.pdf(wi),
-                Far::Delta(_) => 0.0,
-            },
+            (None, _) => self.lights.far[light as usize - self.lights.emitters.len()].pdf(from.p, wi),
         };
         pdf * probability
     }
 
-    /// Radiance of an infinite light from direction `d` (pointing to it).
-    pub fn environment(&self, light: u32, d: Vec3, w: &Wavelengths) -> Lanes {
-        match &self.lights.far[light as usize - self.lights.emitters.len()] {
-            Far::Uniform(radiance, scale) => radiance.eval(w) * *scale,
-            Far::Map(map) => self.map_radiance(map, d, w),
-            Far::Delta(_) => Lanes::ZERO,
-        }
-    }
-
-    fn map_radiance(&self, map: &Environment, d: Vec3, w: &Wavelengths) -> Lanes {
-        let image = &self.scene.images[map.image];
-        let rgb = map.rgb(&image.texels, d).map(|v| v.max(0.0));
-        rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * map.scale
+    /// Radiance of an infinite light against a ray that leaves the scene. Seen through a portal it depends on the ray's
+    /// origin, too.
+    #[inline]
+    pub fn environment(&self, light: u32, ray: &Ray, w: &Wavelengths) -> Lanes {
+        self.lights.far[light as usize - self.lights.emitters.len()].radiance(&self.scene.images, ray, w)
     }
 
     /// Radiance that the surface emits back along the ray that hit it.

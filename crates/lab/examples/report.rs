@@ -1,0 +1,33 @@
+//! The whole report, or some topics of it: `cargo run --release -p steradian-lab --example report -- FOLDER [--full] [TOPIC]...`
+//! (`steradian lab` does the same).
+#![expect(clippy::print_stdout, reason = "an example talks")]
+
+use steradian_lab::{Effort, Experiment, Options, Progress, Topic, run_cli_like};
+
+struct Lines;
+
+impl Progress for Lines {
+    fn started(&self, topic: Topic, index: usize, count: usize) {
+        println!("{}/{count} {topic}", index + 1);
+    }
+
+    fn finished(&self, e: &Experiment, seconds: f64) {
+        println!("    {} claims, {seconds:.1} s: {}", e.claims.len(), e.result);
+        e.claims.iter().filter(|c| !c.holds()).for_each(|c| println!("    FAILS {}", c.to_json()));
+    }
+}
+
+fn main() -> Result<(), steradian_lab::Error> {
+    let mut words = std::env::args().skip(1);
+    let folder = words.next().map(Into::into);
+    let (flags, topics): (Vec<String>, Vec<String>) = words.partition(|w| w.starts_with("--"));
+    let effort = match flags.first().map(String::as_str) {
+        Some("--full") => Effort::Full,
+        Some("--least") => Effort::Least,
+        _ => Effort::Quick,
+    };
+    let threads = std::thread::available_parallelism().map_or(1, Into::into);
+    let report = run_cli_like(&Options { topics, folder, effort, seed: 1, threads }, &Lines)?;
+    println!("{} of {} claims hold", report.claims().filter(|c| c.holds()).count(), report.claims().count());
+    Ok(())
+}

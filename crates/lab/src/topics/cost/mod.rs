@@ -1,0 +1,396 @@
+//! The cost of brute force: the lecture's model against counted intersection tests, its extrapolation, and what path tracing
+//! spends for the same error.
+
+mod soup;
+
+use super::prelude::*;
+use crate::stage::Builder;
+use soup::{Parameters, Search, Soup};
+use steradian_scene::{IntegratorKind, Whitted, World};
+
+const TOPIC: Topic = Topic::Cost;
+
+/// Runs the topic.
+pub fn run(setting: &Setting) -> Result<Experiment, Error> {
+    let mut e = Experiment::new(
+        TOPIC,
+        "The cost of brute force",
+        "Asymptotic number of intersection tests ≈ O(n k² m a² (ℓ s² + r² (ℓ s² + r² (…)))): very expensive! For a fixed number of rays \
+         per pixel, does MCPT trace more total rays than Whitted?",
+        "A closed room of n triangles with ℓ lamps, traced exactly as the slide has it, with every test of a ray against a triangle \
+         counted: once against every triangle, once through one fixed tree. Then the model is evaluated for the slide's numbers, and path \
+         tracing is given the rays that it needs for the same error.",
+    );
+    let model = model(&mut e, setting);
+    let tree = trees(&mut e, setting)?;
+    let gain = same_error(&mut e, setting);
+    let rays = extrapolate(&mut e, &gain);
+    whitted(&mut e, setting)?;
+    e.result = format!(
+        "Against every triangle the counted tests are the model's, to {model:.1e}. {tree} For the slide's numbers the full recursion \
+         takes {rays:.1e} tests. {}",
+        gain.line
+    );
+    Ok(e)
+}
+
+fn room(n: usize, lamps: usize, setting: &Setting) -> Soup {
+    // A box of triangles with finite corners always has a tree.
+    Soup::new(n, lamps, setting.seed_for(TOPIC, 1)).expect("finite triangles")
+}
+
+const BASE: Parameters = Parameters { m: 4, k: 1, a: 1, s: 1, r: 1, d: 1 };
+
+/// Counted tests against the formula, parameter by parameter.
+fn model(e: &mut Experiment, setting: &Setting) -> f64 {
+    let (n, lamps) = (120usize, 2usize);
+    let soup = room(n, lamps, setting);
+    let l = soup.lamps();
+    let cases = [
+        ("base", BASE),
+        ("m = 8", Parameters { m: 8, ..BASE }),
+        ("k = 2", Parameters { k: 2, ..BASE }),
+        ("k = 3", Parameters { k: 3, ..BASE }),
+        ("a = 2", Parameters { a: 2, ..BASE }),
+        ("a = 3", Parameters { a: 3, ..BASE }),
+        ("s = 2", Parameters { s: 2, ..BASE }),
+        ("s = 4", Parameters { s: 4, ..BASE }),
+        ("d = 3", Parameters { d: 3, ..BASE }),
+        ("r = 2, d = 2", Parameters { r: 2, d: 2, ..BASE }),
+        ("r = 2, d = 4", Parameters { r: 2, d: 4, ..BASE }),
+        ("r = 3, d = 3", Parameters { r: 3, d: 3, ..BASE }),
+        ("k = a = s = r = d = 2", Parameters { m: 4, k: 2, a: 2, s: 2, r: 2, d: 2 }),
+    ];
+    let mut table = Table::new(
+        "counted",
+        format!(
+            "Intersection tests in a room of {n} triangles with {lamps} lamps, {} × {} pixels unless stated.",
+            BASE.m, BASE.m
+        ),
+        &["parameters", "rays", "tests, every triangle", "n · m² k² a² T(d)", "tests, tree", "tests per ray, tree"],
+    );
+    let mut worst = 0.0f64;
+    let mut tree_per_ray = Vec::new();
+    let mut counts = std::collections::BTreeMap::new();
+    let mut points = (Vec::new(), Vec::new());
+    for (name, p) in cases {
+        let (_, linear) = soup.brute_force(Search::Linear, &p, setting.seed);
+        let (_, tree) = soup.brute_force(Search::Tree, &p, setting.seed);
+        let predicted = n as f64 * p.rays(l);
+        worst = worst.max((linear.tests as f64 / predicted - 1.0).abs());
+        let per_ray = tree.tests as f64 / tree.rays as f64;
+        tree_per_ray.push(per_ray);
+        counts.insert(name, linear.tests as f64);
+        points.0.push((predicted, linear.tests as f64));
+        points.1.push((predicted, tree.tests as f64));
+        table.row([
+            name.into(),
+            tree.rays.to_string(),
+            linear.tests.to_string(),
+            format!("{predicted:.0}"),
+            tree.tests.to_string(),
+            format!("{per_ray:.2}"),
+        ]);
+    }
+    e.table(table);
+    let line = points.0.iter().map(|p| (p.0, p.0)).collect();
+    e.figure(
+        Figure::new(
+            "model",
+            "Counted tests over the model's: every triangle lies on the line, the tree runs parallel to it.",
+            Axis::log("model: n m² k² a² T(d)"),
+            Axis::log("counted tests"),
+        )
+        .with("every triangle", Mark::Dots, points.0)
+        .with("tree", Mark::Dots, points.1)
+        .with("model", Mark::Dashed, line),
+    );
+    e.claim(Claim::within(
+        TOPIC,
+        "every triangle: worst relative deviation of the counted tests from n m² k² a² T(d), 13 settings",
+        0.0,
+        worst,
+        [0.0, 1e-3],
+    ));
+    let mean = tree_per_ray.iter().sum::<f64>() / tree_per_ray.len() as f64;
+    let spread = tree_per_ray.iter().fold(1.0f64, |m, v| m.max(v / mean).max(mean / v));
+    e.claim(Claim::within(
+        TOPIC,
+        "tree: tests per ray are the same for all settings within this factor",
+        1.0,
+        spread,
+        [1.0, 2.0],
+    ));
+    let ratio = counts["m = 8"] / counts["base"];
+    e.claim(Claim::within(TOPIC, "tests with twice the m, over those with m: the square", 4.0, ratio, [3.996, 4.004]));
+    e.erratum(
+        "“Naively improving Whitted ray tracing”: m × m pixels, and O(n k² m a² (…)) tests",
+        format!("With m × m pixels the factor is m², and the worked number indeed puts 10⁶ = 1000² for it. Counted: {} tests at m = 4, {} at m = 8, ratio {ratio:.3}.", counts["base"], counts["m = 8"]),
+    );
+    worst
+}
+
+/// Tests per ray over the number of triangles, counted by the renderer in its own tree.
+fn trees(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
+    let counts: &[usize] = setting.effort.pick(
+        &[100, 1_000, 10_000],
+        &[100, 1_000, 10_000, 100_000],
+        &[100, 1_000, 10_000, 100_000, 1_000_000],
+    );
+    let size = setting.effort.pick([24, 24], [48, 48], [96, 96]);
+    let (mut boxes, mut triangles, mut both) = (Vec::new(), Vec::new(), Vec::new());
+    for &n in counts {
+        let mut b = Builder::new(size, 3);
+        b.camera([0.0, 0.0, -0.98], [0.0, -0.2, 1.0], 70.0);
+        let grey = b.diffuse([0.5; 3]);
+        b.triangles(&soup::clutter(n, setting.seed_for(TOPIC, 1)), grey);
+        b.lamp([[-0.3, 0.95, -0.3], [-0.3, 0.95, 0.3], [0.3, 0.95, 0.3], [0.3, 0.95, -0.3]], 5.0);
+        let [rays, b, p] = stage::count_tests(&b.build()?, 2, setting.seed_for(TOPIC, 3), setting.threads);
+        let per_ray = |v: u64| v as f64 / rays as f64;
+        boxes.push((n as f64, per_ray(b)));
+        triangles.push((n as f64, per_ray(p)));
+        both.push((n as f64, per_ray(b + p)));
+    }
+    let s = plain_slope(&both);
+    e.claim(Claim::within(
+        TOPIC,
+        "tree: slope of log tests per ray (boxes and triangles) over log n, against 1 for every triangle",
+        0.0,
+        s,
+        [0.0, 0.4],
+    ));
+    let last = both[both.len() - 1];
+    e.claim(Claim::at_least(
+        TOPIC,
+        format!("tests per ray of every triangle over those of the tree, n = {}", last.0),
+        50.0,
+        last.0 / last.1,
+    ));
+    let line = format!(
+        "The renderer's tree replaces n = {:.0} by {:.0} tests of boxes and triangles per ray.",
+        last.0, last.1
+    );
+    let all = both.iter().map(|p| (p.0, p.0)).collect();
+    e.figure(
+        Figure::new(
+            "trees",
+            format!("Tests per ray over the number of triangles, counted by the renderer. Slope of their sum: {s:.2}."),
+            Axis::log("triangles n"),
+            Axis::log("tests per ray"),
+        )
+        .with("boxes", Mark::LineDots, boxes)
+        .with("triangles", Mark::LineDots, triangles)
+        .with("both", Mark::LineDots, both)
+        .with("every triangle", Mark::Dashed, all),
+    );
+    Ok(line)
+}
+
+struct Gain {
+    /// Rays of brute force over rays of path tracing for the same error.
+    ratio: f64,
+    line: String,
+}
+
+fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
+    let soup = room(300, 4, setting);
+    let l = soup.lamps();
+    let d = 3;
+    let m = setting.effort.pick(8, 16, 24);
+    let mse = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>() / a.len() as f64;
+    let parts = setting.effort.pick(8usize, 32, 64);
+    let pictures = parallel::map(setting.threads, parts, |i| {
+        soup.path_trace(Search::Tree, m, d, 128, setting.seed_for(TOPIC, 100 + i as u64))
+    });
+    let truth: Vec<f64> =
+        (0..pictures[0].0.len()).map(|i| pictures.iter().map(|p| p.0[i]).sum::<f64>() / parts as f64).collect();
+    // The variance of one path, from independent pictures, and its rays.
+    let paths = 32;
+    let trial = parallel::map(setting.threads, 8, |i| {
+        soup.path_trace(Search::Tree, m, d, paths, setting.seed_for(TOPIC, 500 + i as u64))
+    });
+    let error_of_path = trial.iter().map(|t| mse(&t.0, &truth)).sum::<f64>() / 8.0 * f64::from(paths);
+    let rays_of_path = trial[0].1.rays as f64 / f64::from(m * m * paths);
+    let mut table = Table::new(
+        "same-error",
+        format!(
+            "{} lamps, d = {d}: rays per pixel of brute force, and of path tracing for the same mean squared error.",
+            l
+        ),
+        &["k = a", "s = r", "rays per pixel, brute force", "mean squared error", "rays per pixel, paths", "ratio"],
+    );
+    let mut ratios = Vec::new();
+    let mut points = Vec::new();
+    for (k, s) in [(1u32, 1u32), (1, 2), (2, 2), (1, 3), (2, 3)] {
+        let p = Parameters { m, k, a: 1, s, r: s, d };
+        let repeats = setting.effort.pick(2usize, 4, 8);
+        let runs = parallel::map(setting.threads, repeats, |i| {
+            soup.brute_force(Search::Tree, &p, setting.seed_for(TOPIC, 900 + i as u64))
+        });
+        let error = runs.iter().map(|r| mse(&r.0, &truth)).sum::<f64>() / repeats as f64;
+        let rays = runs[0].1.rays as f64 / f64::from(m * m);
+        let path_rays = rays_of_path * error_of_path / error;
+        let ratio = rays / path_rays;
+        ratios.push(ratio);
+        points.push((rays, error));
+        table.row([
+            format!("{k}, 1"),
+            s.to_string(),
+            format!("{rays:.0}"),
+            format!("{error:.2e}"),
+            format!("{path_rays:.0}"),
+            format!("{ratio:.2}"),
+        ]);
+    }
+    e.table(table);
+    let line = points.iter().map(|p| (p.0, error_of_path * rays_of_path / p.0)).collect();
+    e.figure(
+        Figure::new(
+            "same-error",
+            "Squared error over the rays traced for each pixel.",
+            Axis::log("rays per pixel"),
+            Axis::log("mean squared error"),
+        )
+        .with("brute force", Mark::Dots, points)
+        .with("path tracing", Mark::Line, line),
+    );
+    e.claim(Claim::at_least(
+        TOPIC,
+        "rays of brute force (k = 2, s = r = 3, d = 3) over rays of path tracing for the same error",
+        1.5,
+        ratios[4],
+    ));
+    Gain {
+        ratio: ratios[4],
+        line: format!(
+            "With k = 2, s = r = 3 and three bounces, brute force traces {:.1} times the rays that path tracing needs for the same error.",
+            ratios[4]
+        ),
+    }
+}
+
+/// The slide's numbers.
+fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
+    let slide = Parameters { m: 1_000, k: 8, a: 8, s: 8, r: 8, d: 8 };
+    let (n, lamps) = (1e6, 4);
+    // One level of the bracket: n k² m² a² r² l s².
+    let one_level = n * 64.0 * 1e6 * 64.0 * 64.0 * f64::from(lamps) * 64.0;
+    let full = n * slide.rays(lamps);
+    e.claim(Claim::within(
+        TOPIC,
+        "the slide's 64·10¹⁸ is n k² m² a² r² ℓ s², with 2²⁰ taken for 10⁶",
+        64e18,
+        one_level,
+        [0.95 * 64e18, 1.08 * 64e18],
+    ));
+    e.claim(Claim::at_least(TOPIC, "tests with all eight bounces, over the slide's number", 1e9, full / 64e18));
+    let mut table = Table::new(
+        "extrapolation",
+        "m = 1000, k = a = s = r = 8, n = 10⁶, ℓ = 4. Path tracing: 1000 paths for each pixel of 2 d rays each, on a tree with 50 tests per ray.",
+        &[
+            "d",
+            "rays per camera ray T(d)",
+            "rays of the picture",
+            "tests, every triangle",
+            "tests, tree",
+            "tests, path tracing",
+        ],
+    );
+    let mut points = (Vec::new(), Vec::new());
+    for d in 1..=8 {
+        let p = Parameters { d, ..slide };
+        let rays = p.rays(lamps);
+        let paths = 1e6 * 1_000.0 * 2.0 * f64::from(d) * 50.0;
+        points.0.push((f64::from(d), rays * n));
+        points.1.push((f64::from(d), paths));
+        table.row([
+            d.to_string(),
+            format!("{:.3e}", p.rays_per_camera_ray(lamps)),
+            format!("{rays:.3e}"),
+            format!("{:.3e}", rays * n),
+            format!("{:.3e}", rays * 50.0),
+            format!("{paths:.1e}"),
+        ]);
+    }
+    e.table(table);
+    e.figure(
+        Figure::new(
+            "extrapolation",
+            "The slide's picture: tests over the number of bounces.",
+            Axis::linear("bounces d"),
+            Axis::log("intersection tests"),
+        )
+        .with("brute force, every triangle", Mark::LineDots, points.0)
+        .with("path tracing, 1000 paths, tree", Mark::LineDots, points.1),
+    );
+    e.erratum(
+        "“Naively improving Whitted ray tracing”: 64·10¹⁸ for d = 8",
+        format!("That is one level of the bracket, n k² m² a² r² ℓ s² = {one_level:.2e}; d = 8 does not enter. The recursion gives n m² k² a² T(8) = {full:.2e}, {:.0e} times as much. (Where brute force could be tried, its rays came to {:.1} times those of path tracing for the same error.)", full / 64e18, gain.ratio),
+    );
+    full
+}
+
+/// Whitted's tree and the path, counted by the renderer itself.
+fn whitted(e: &mut Experiment, setting: &Setting) -> Result<(), Error> {
+    let size = setting.effort.pick([24, 18], [64, 48], [160, 120]);
+    let spp = 4;
+    let world = |glass: bool, kind: IntegratorKind| -> Result<World, Error> {
+        let mut b = Builder::new(size, 8);
+        b.scene.settings.integrator.kind = kind;
+        b.camera([0.0, 1.2, -4.0], [0.0, 0.55, 0.0], 36.0);
+        let grey = b.diffuse([0.6; 3]);
+        b.quad([[-6.0, 0.0, -6.0], [-6.0, 0.0, 6.0], [6.0, 0.0, 6.0], [6.0, 0.0, -6.0]], grey);
+        b.quad([[-6.0, 0.0, 3.0], [-6.0, 6.0, 3.0], [6.0, 6.0, 3.0], [6.0, 0.0, 3.0]], grey);
+        let ball = if glass { b.glass(1.5, 0.0) } else { grey };
+        for x in [-1.15f32, 0.0, 1.15] {
+            b.sphere(0.52, [x, 0.55, 0.0], ball);
+        }
+        for (x, y) in [(-2.0, 3.0), (0.0, 3.5), (2.0, 3.0), (0.0, 2.5)] {
+            b.point_light([x, y, -2.0], 4.0);
+        }
+        Ok(b.build()?)
+    };
+    let count = |glass: bool, kind: IntegratorKind| -> Result<f64, Error> {
+        let (_, rays) = stage::render_counted(
+            &world(glass, kind)?,
+            SamplerKind::Independent,
+            spp,
+            setting.seed_for(TOPIC, 2),
+            setting.threads,
+        );
+        Ok(rays.total() as f64 / rays.camera as f64)
+    };
+    let tree = IntegratorKind::Whitted(Whitted::default());
+    let (w_glass, w_grey) = (count(true, tree)?, count(false, tree)?);
+    let (p_glass, p_grey) = (count(true, IntegratorKind::Path)?, count(false, IntegratorKind::Path)?);
+    let mut table = Table::new(
+        "whitted",
+        "Rays for each camera ray, counted by the renderer: four point lights, up to 8 bounces.",
+        &["scene", "Whitted", "path tracing"],
+    );
+    table.row(["three balls of glass".into(), format!("{w_glass:.2}"), format!("{p_glass:.2}")]);
+    table.row(["three grey balls".into(), format!("{w_grey:.2}"), format!("{p_grey:.2}")]);
+    e.table(table);
+    e.claim(Claim::at_least(
+        TOPIC,
+        "balls of glass, four lights: rays per camera ray, Whitted over path tracing",
+        1.0,
+        w_glass / p_glass,
+    ));
+    e.claim(Claim::at_most(
+        TOPIC,
+        "grey balls, four lights: rays per camera ray of Whitted: one and one for each light",
+        5.0,
+        w_grey,
+    ));
+    e.answer(
+        5,
+        format!(
+            "For a fixed number of camera rays, not where Whitted's tree branches: with glass and four lights, {w_glass:.2} rays per camera \
+             ray against {p_glass:.2} of a path, which sends one shadow ray and one ray on from each hit. Where nothing is a mirror, \
+             Whitted stops at the first hit ({w_grey:.2}) and the path, which goes on to look for indirect light, traces {p_grey:.2}. And a \
+             path's picture needs more camera rays for its noise."
+        ),
+    );
+    Ok(())
+}

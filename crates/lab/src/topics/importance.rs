@@ -1,0 +1,228 @@
+//! Importance sampling in one dimension and of reflection: what a density that follows the integrand saves.
+
+use super::prelude::*;
+use crate::stage::{Rgb, Vertex};
+use steradian_sampling::SamplerKind::Independent;
+
+const TOPIC: Topic = Topic::Importance;
+
+/// Runs the topic.
+pub fn run(setting: &Setting) -> Result<Experiment, Error> {
+    let mut e = Experiment::new(
+        TOPIC,
+        "Importance sampling",
+        "If f(x) is non-negative, the optimal choice would be to set p(x) ∼ f(x): V[f(x)/p(x)] = 0. Why don't we just do that?",
+        "A peaked function is integrated with a uniform, a poor, a good and the ideal density; the variances are compared with their \
+         integrals. Then balls of metal reflect a lamp, with directions drawn uniformly from the hemisphere and from the lobe, at the \
+         ray counts of the slides.",
+    );
+    let line = one_dimension(&mut e, setting);
+    let equal = lobes(&mut e, setting)?;
+    e.result = format!(
+        "{line} With directions drawn from the lobe, 100 rays per pixel have the error that takes {equal:.0} uniformly drawn rays."
+    );
+    Ok(e)
+}
+
+/// A peak of half-width 0.05 at 0.35 on a low ground.
+fn f(x: f64) -> f64 {
+    0.1 + 1.0 / (1.0 + ((x - 0.35) / 0.05) * ((x - 0.35) / 0.05))
+}
+
+fn primitive(x: f64) -> f64 {
+    0.1 * x + 0.05 * ((x - 0.35) / 0.05).atan()
+}
+
+fn invert(cumulative: impl Fn(f64) -> f64, u: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..54 {
+        let middle = 0.5 * (low + high);
+        if cumulative(middle) < u { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+type Pair = (Box<dyn Fn(f64) -> f64>, Box<dyn Fn(f64) -> f64>);
+
+fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
+    let draws = setting.effort.pick(20_000u64, 200_000, 2_000_000);
+    let truth = primitive(1.0) - primitive(0.0);
+    // Each density with the inverse of its distribution.
+    let tent = |x: f64| 0.25 + 0.75 * ((1.0 - (x - 0.35).abs() / 0.15).max(0.0) / 0.15);
+    let tent_sum = |x: f64| {
+        let t = ((x - 0.2) / 0.15).clamp(0.0, 2.0);
+        0.25 * x + 0.75 * (if t < 1.0 { 0.5 * t * t } else { 1.0 - 0.5 * (2.0 - t) * (2.0 - t) })
+    };
+    let densities: Vec<(&str, Pair)> = vec![
+        ("uniform", (Box::new(|_| 1.0), Box::new(|u| u))),
+        (
+            "poor: p(x) = 0.1 + 1.8 x",
+            (Box::new(|x| 0.1 + 1.8 * x), Box::new(|u| (-0.1 + (0.01f64 + 3.6 * u).sqrt()) / 1.8)),
+        ),
+        ("good: a tent over the peak", (Box::new(tent), Box::new(move |u| invert(tent_sum, u)))),
+        (
+            "ideal: p = K f",
+            (
+                Box::new(move |x| f(x) / truth),
+                Box::new(move |u| invert(|x| (primitive(x) - primitive(0.0)) / truth, u)),
+            ),
+        ),
+    ];
+    let mut rng = Rng::new(setting.seed_for(TOPIC, 1), 1);
+    let mut table = Table::new(
+        "densities",
+        format!("{draws} draws each; F = {truth:.6}."),
+        &["density", "estimate", "variance of f/p", "∫ f²/p − F²", "draws that equal 100 uniform ones"],
+    );
+    let mut shapes = Figure::new(
+        "shapes",
+        "The integrand over its integral, and the densities.",
+        Axis::linear("x"),
+        Axis::linear("density"),
+    )
+    .with("f / F", Mark::Line, (0..=400).map(|i| f64::from(i) / 400.0).map(|x| (x, f(x) / truth)).collect());
+    let mut variances = Vec::new();
+    let mut line = String::new();
+    for (name, (pdf, inverse)) in &densities {
+        let mut values = Vec::with_capacity(draws as usize);
+        for _ in 0..draws {
+            let x = inverse(rng.f64());
+            values.push(f(x) / pdf(x));
+        }
+        let all: VarianceEstimator = values.iter().copied().collect();
+        let (variance, error) = variance_with_error(&values);
+        // The midpoint rule with this many cells is exact to nine digits here.
+        let cells = 200_000;
+        let square: f64 =
+            (0..cells).map(|i| (f64::from(i) + 0.5) / f64::from(cells)).map(|x| f(x) * f(x) / pdf(x)).sum::<f64>()
+                / f64::from(cells);
+        let theory = (square - truth * truth).max(0.0);
+        if name.starts_with("ideal") {
+            e.claim(Claim::at_most(
+                TOPIC,
+                "p = K f: variance of f/p over F², zero up to rounding",
+                1e-20,
+                variance / (truth * truth),
+            ));
+            line = format!("With p = K f every draw gives F: variance {variance:.1e}.");
+        } else {
+            e.claim(Claim::equal(TOPIC, format!("{name}: E[f/p] = F"), truth, all.mean(), all.standard_error()));
+            e.claim(Claim::equal(TOPIC, format!("{name}: variance of f/p"), theory, variance, error));
+            shapes = shapes.with(
+                *name,
+                Mark::Dashed,
+                (0..=400).map(|i| f64::from(i) / 400.0).map(|x| (x, pdf(x))).collect(),
+            );
+        }
+        variances.push(variance);
+        table.row([
+            (*name).to_string(),
+            format!("{:.6}", all.mean()),
+            format!("{variance:.3e}"),
+            format!("{theory:.3e}"),
+            format!("{:.2}", 100.0 * variance / variances[0]),
+        ]);
+    }
+    e.claim(Claim::at_most(
+        TOPIC,
+        "variance of the good density over that of the uniform one",
+        0.5,
+        variances[2] / variances[0],
+    ));
+    e.claim(Claim::at_least(
+        TOPIC,
+        "variance of the poor density over that of the uniform one: a bad guess costs",
+        1.2,
+        variances[1] / variances[0],
+    ));
+    e.figure(shapes);
+    e.table(table);
+    e.answer(17, "By drawing X from a density p that is large where f is large.");
+    e.answer(18, "The density: p(x) says how close, 1/p(x) how far apart; each sample is weighted by 1/p(x).");
+    e.answer(
+        20,
+        format!("N and p. On the peak the variance of one draw is {:.3} with uniform p, {:.3} with a poor one, {:.4} with a tent over the peak; N divides each of them.", variances[0], variances[1], variances[2]),
+    );
+    e.answer(
+        21,
+        format!("Because K = 1/∫f: whoever can normalise f knows the answer already. It works where it can be done (measured variance {:.0e}), and the BRDF times the cosine is the part of the integrand for which it often can.", variances[3]),
+    );
+    line
+}
+
+fn lobes(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
+    let size = setting.effort.pick([36, 24], [120, 80], [240, 160]);
+    let world = stage::glossy_world(size)?;
+    let seed = setting.seed_for(TOPIC, 2);
+    let width = size[0] as usize;
+    let render = |important: bool, kind: SamplerKind, rays: u32, seed: u64| -> Vec<Rgb> {
+        stage::average(&world, setting.threads, kind, rays, seed, |pixel, s| {
+            let v = Vertex::of_pixel(&world, pixel, s);
+            let Vertex::Surface(p) = &v else { return v.emitted() };
+            let reflected =
+                if important { p.lobe(s.next_1d(), s.next_2d(), stage::Weights::None) } else { p.uniform(s.next_2d()) };
+            stage::add(p.emitted, reflected)
+        })
+    };
+    let reference = render(true, SamplerKind::PaddedSobol, setting.effort.pick(2_048, 4_096, 16_384), seed ^ 99);
+    let mut pictures = Vec::new();
+    let mut mse = Vec::new();
+    // The row of the slides, and 900 without to compare with.
+    for (rays, important) in [(100, false), (100, true), (200, false), (900, true)] {
+        let picture = render(important, Independent, rays, seed ^ u64::from(rays));
+        let at = stage::error_at(f64::from(rays), &picture, &reference, false);
+        let error = at.mean_square;
+        let word = if important { "with" } else { "without" };
+        pictures.push(paint::colour(
+            &format!("rays-{rays}-{word}"),
+            format!("{rays} rays per pixel {word} importance sampling: mse {error:.1e}"),
+            width,
+            &picture,
+        ));
+        mse.push(at);
+    }
+    pictures.push(paint::colour("rays-reference", "reference", width, &reference));
+    e.pictures(pictures);
+    e.slider("rays-100-without", "rays-100-with", "100 rays per pixel each.");
+    let equal = 100.0 * mse[0].mean_square / mse[1].mean_square;
+    e.claim(Claim::at_least(TOPIC, "reflection: rays without importance sampling that equal 100 with", 150.0, equal));
+    e.claim(Claim::ratio(
+        TOPIC,
+        "reflection: squared error of 200 uniform rays over that of 100",
+        0.5,
+        &mse[2],
+        &mse[0],
+        0.02,
+    ));
+    // The reference has an error of its own, a fifth of that of 900 rays or less.
+    e.claim(Claim::ratio(
+        TOPIC,
+        "reflection: squared error of 900 rays over that of 100, both with",
+        1.0 / 9.0,
+        &mse[3],
+        &mse[1],
+        0.2,
+    ));
+    let counts: &[u32] = setting.effort.pick(&[4, 16, 64], &[4, 16, 64, 256], &[4, 16, 64, 256, 1024]);
+    let mut figure = Figure::new(
+        "reflection",
+        "Squared error of the picture over rays per pixel: two parallel lines, and the distance between them is what importance sampling saves.",
+        Axis::log("rays per pixel"),
+        Axis::log("mean squared error"),
+    );
+    for (name, important) in [("uniform over the hemisphere", false), ("from the lobe", true)] {
+        let points: Vec<ErrorAt> = counts
+            .iter()
+            .map(|&n| stage::error_at(f64::from(n), &render(important, Independent, n, seed ^ 5), &reference, false))
+            .collect();
+        e.claim(Claim::falls(
+            TOPIC,
+            format!("reflection, {name}: slope of the squared error over rays"),
+            -1.0,
+            &points,
+        ));
+        figure = figure.with(name, Mark::LineDots, squares(&points));
+    }
+    e.figure(figure);
+    Ok(equal)
+}

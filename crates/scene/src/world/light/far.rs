@@ -1,0 +1,182 @@
+//! Lights that are not surfaces: one closed set, and the contract that each of them is written against.
+
+use super::bounds::LightBounds;
+use super::distant::Distant;
+use super::environment::Environment;
+use super::goniometric::Goniometric;
+use super::point::PointLight;
+use super::portal::Portal;
+use super::projection::Projection;
+use super::spot::Spot;
+use super::uniform::Uniform;
+use crate::{Arena, Light, TextureImage};
+use steradian_math::{Point3, Ray, Vec3};
+use steradian_spectrum::{Lanes, Spectrum, Wavelengths};
+
+/// A light as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FarSample {
+    /// Radiance towards the point; for delta lights the irradiance on a surface that faces the light.
+    pub radiance: Lanes,
+    /// Unit direction to the light, in world space.
+    pub wi: Vec3,
+    /// Distance to the light; infinite where it has none.
+    pub distance: f32,
+    /// Where the light is; meaningless if the distance is infinite.
+    pub end: Point3,
+    /// Density per solid angle; one for delta lights.
+    pub pdf: f32,
+}
+
+impl FarSample {
+    /// A sample of a light without a place.
+    pub fn infinite(radiance: Lanes, wi: Vec3, pdf: f32) -> Option<Self> {
+        (!radiance.is_black()).then_some(Self { radiance, wi, distance: f32::INFINITY, end: Point3::default(), pdf })
+    }
+
+    /// The sample of a light at the point `end` with the given intensity towards `from`.
+    pub fn point(end: Point3, from: Point3, intensity: Lanes) -> Option<Self> {
+        let d = end - from;
+        let distance = d.length();
+        let radiance = intensity * (1.0 / (distance * distance));
+        let valid = distance > 0.0 && !radiance.is_black();
+        valid.then(|| Self { radiance, wi: d * (1.0 / distance), distance, end, pdf: 1.0 })
+    }
+}
+
+/// What a light that is not a surface can do. `images` is the scene's arena of pictures.
+pub(super) trait FarLight {
+    /// Whether no ray meets the light by chance.
+    const IS_DELTA: bool;
+
+    /// The light that arrives at `from`, visibility aside. `None` if there is none.
+    fn sample(&self, images: &Arena<TextureImage>, from: Point3, u: [f32; 2], w: &Wavelengths) -> Option<FarSample>;
+
+    /// The density per solid angle with which `sample` gives direction `wi`; zero for delta lights.
+    fn pdf(&self, _from: Point3, _wi: Vec3) -> f32 {
+        0.0
+    }
+
+    /// The radiance that arrives against a ray which leaves the scene; black for delta lights.
+    fn radiance(&self, _images: &Arena<TextureImage>, _ray: &Ray, _w: &Wavelengths) -> Lanes {
+        Lanes::ZERO
+    }
+
+    /// Emitted power in common, photometric units: only to choose among lights.
+    fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32;
+
+    /// Where and to where the light shines, if it has a place; `power` is what [`FarLight::power`] returned.
+    fn bounds(&self, _power: f32) -> Option<LightBounds> {
+        None
+    }
+}
+
+/// A light that is not a surface, ready to be sampled.
+#[derive(Clone, Debug)]
+pub(super) enum Far {
+    Point(PointLight),
+    Spot(Spot),
+    Distant(Distant),
+    Goniometric(Goniometric),
+    Projection(Projection),
+    Uniform(Uniform),
+    Map(Environment),
+    Portal(Portal),
+}
+
+/// The only `match` over the kinds of lights.
+macro_rules! with_far {
+    ($far:expr, $l:ident => $body:expr) => {
+        match $far {
+            Far::Point($l) => $body,
+            Far::Spot($l) => $body,
+            Far::Distant($l) => $body,
+            Far::Goniometric($l) => $body,
+            Far::Projection($l) => $body,
+            Far::Uniform($l) => $body,
+            Far::Map($l) => $body,
+            Far::Portal($l) => $body,
+        }
+    };
+}
+
+impl Far {
+    /// Builds the tables of a light.
+    pub fn new(light: &Light, images: &Arena<TextureImage>) -> Self {
+        match light {
+            Light::Point { position, intensity, scale } => {
+                Self::Point(PointLight { p: *position, intensity: intensity.clone(), scale: *scale })
+            }
+            Light::Spot { world_from_light, intensity, scale, cos_end, cos_start } => {
+                Self::Spot(Spot::new(world_from_light, intensity.clone(), *scale, *cos_end, *cos_start))
+            }
+            Light::Distant { to_light, radiance, scale } => {
+                Self::Distant(Distant { to_light: *to_light, radiance: radiance.clone(), scale: *scale })
+            }
+            Light::Goniometric { world_from_light, intensity, image, scale } => {
+                Self::Goniometric(Goniometric::new(world_from_light, intensity.clone(), *image, *scale, images))
+            }
+            Light::Projection { world_from_light, image, fov, scale } => {
+                Self::Projection(Projection::new(world_from_light, *image, *fov, *scale, images))
+            }
+            Light::UniformInfinite { radiance, scale } => {
+                Self::Uniform(Uniform { radiance: radiance.clone(), scale: *scale })
+            }
+            Light::ImageInfinite { world_from_light, image, mapping, scale } => {
+                let texels = &images[*image].texels;
+                Self::Map(Environment::new(*image, texels, *mapping, *world_from_light, *scale))
+            }
+            Light::PortalInfinite { world_from_light, image, scale, portal } => {
+                Self::Portal(Portal::new(world_from_light, &images[*image], *scale, portal))
+            }
+        }
+    }
+
+    /// Whether no ray meets the light by chance.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        fn of<L: FarLight>(_: &L) -> bool {
+            L::IS_DELTA
+        }
+        with_far!(self, l => of(l))
+    }
+
+    /// See [`FarLight::sample`].
+    #[inline]
+    pub fn sample(
+        &self,
+        images: &Arena<TextureImage>,
+        from: Point3,
+        u: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarSample> {
+        with_far!(self, l => l.sample(images, from, u, w))
+    }
+
+    /// See [`FarLight::pdf`].
+    #[inline]
+    pub fn pdf(&self, from: Point3, wi: Vec3) -> f32 {
+        with_far!(self, l => l.pdf(from, wi))
+    }
+
+    /// See [`FarLight::radiance`].
+    #[inline]
+    pub fn radiance(&self, images: &Arena<TextureImage>, ray: &Ray, w: &Wavelengths) -> Lanes {
+        with_far!(self, l => l.radiance(images, ray, w))
+    }
+
+    /// See [`FarLight::power`].
+    pub fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {
+        with_far!(self, l => l.power(images, scene_radius))
+    }
+
+    /// See [`FarLight::bounds`].
+    pub fn bounds(&self, power: f32) -> Option<LightBounds> {
+        with_far!(self, l => l.bounds(power))
+    }
+}
+
+/// A measure of strength that is positive for every spectrum that is not black.
+pub(super) fn brightness(s: &Spectrum) -> f32 {
+    s.photometric().max(1e-3 * s.max_value())
+}

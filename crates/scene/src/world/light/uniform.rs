@@ -1,0 +1,39 @@
+//! The same radiance from everywhere (PBRT 4th ed., 12.5.1).
+
+use super::far::{FarLight, FarSample, brightness};
+use crate::{Arena, TextureImage};
+use steradian_math::{INV_4PI, PI, Point3, Ray, Vec3};
+use steradian_sampling::warp::square_to_uniform_sphere;
+use steradian_spectrum::{Lanes, Spectrum, Wavelengths};
+
+/// A uniform sky all around.
+#[derive(Clone, Debug)]
+pub(super) struct Uniform {
+    /// Radiance up to `scale`.
+    pub radiance: Spectrum,
+    /// Factor.
+    pub scale: f32,
+}
+
+impl FarLight for Uniform {
+    const IS_DELTA: bool = false;
+
+    #[inline]
+    fn sample(&self, _: &Arena<TextureImage>, _: Point3, u: [f32; 2], w: &Wavelengths) -> Option<FarSample> {
+        FarSample::infinite(self.radiance.eval(w) * self.scale, square_to_uniform_sphere(u), INV_4PI)
+    }
+
+    #[inline]
+    fn pdf(&self, _: Point3, _: Vec3) -> f32 {
+        INV_4PI
+    }
+
+    #[inline]
+    fn radiance(&self, _: &Arena<TextureImage>, _: &Ray, w: &Wavelengths) -> Lanes {
+        self.radiance.eval(w) * self.scale
+    }
+
+    fn power(&self, _: &Arena<TextureImage>, scene_radius: f32) -> f32 {
+        brightness(&self.radiance) * self.scale * 4.0 * PI * PI * scene_radius * scene_radius
+    }
+}
