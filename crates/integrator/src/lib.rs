@@ -8,6 +8,7 @@ mod lobe_sampling;
 mod numbers;
 mod path;
 pub mod record;
+mod subsurface;
 mod switched;
 mod whitted;
 

@@ -17,7 +17,9 @@ pub use camera::{Camera, Projection, SphericalMapping};
 pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use light::{AreaLight, EnvironmentMapping, Light};
-pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
+pub use material::{
+    Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput, Translucency,
+};
 pub use medium::Medium;
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};

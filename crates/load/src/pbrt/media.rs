@@ -1,5 +1,7 @@
 //! Participating media.
 
+pub(super) mod presets;
+
 use super::Loader;
 use super::directives::placeholder_medium;
 use super::names::defined_twice;

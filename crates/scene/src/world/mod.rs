@@ -6,6 +6,7 @@ mod group;
 mod light;
 mod noise;
 mod shading;
+mod subsurface;
 mod surface;
 mod texture;
 
@@ -52,6 +53,7 @@ pub struct World {
     area_lights: Vec<AreaLight>,
     lights: Lights,
     bounds: Bounds3,
+    diffusion: subsurface::DiffusionTables,
     has_motion: bool,
     uses_footprints: bool,
 }
