@@ -93,6 +93,7 @@ fn shape_name(shape: &Shape) -> &'static str {
         Shape::Sphere(_) => "sphere",
         Shape::Disk(_) => "disk",
         Shape::Cylinder(_) => "cylinder",
+        Shape::Curves(_) => "curve",
     }
 }
 

@@ -1,5 +1,6 @@
 //! pbrt-v4 scene text to `Scene`: directives in order, one graphics state, names resolved at the end.
 
+mod curves;
 mod directives;
 mod images;
 mod lights;

@@ -4,6 +4,7 @@ use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
 use super::{World, WorldInstance};
 use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
+use steradian_geometry::PreparedTriangle;
 use steradian_image::{Lookup, Pyramid};
 use steradian_math::{AnimatedTransform, Bounds3, PI};
 
@@ -164,7 +165,12 @@ impl World {
                 continue;
             }
             let emission = self.area_lights.len() as u32;
-            self.groups[group].primitives[i].first_light = Some(emitters.len() as u32);
+            let record = &mut self.groups[group].primitives[i];
+            if matches!(p.shape, Shape::Curves(_)) {
+                record.unsampled_emission = Some((emission, light.scale));
+            } else {
+                record.first_light = Some(emitters.len() as u32);
+            }
             let shapes: Vec<EmitterShape> = match &p.shape {
                 Shape::Triangles(h) => (0..self.scene.triangle_meshes[*h].indices.len())
                     .map(|f| EmitterShape::Triangle(*h, f as u32))
@@ -173,10 +179,17 @@ impl World {
                     .map(|f| EmitterShape::Patch(*h, f as u32))
                     .collect(),
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
+                Shape::Curves(_) => Vec::new(),
             };
             for shape in shapes {
                 let scale = self.emission_scale(light, &shape);
-                emitters.push(Emitter { shape, emission, scale });
+                let prepared = match shape {
+                    EmitterShape::Triangle(mesh, face) => {
+                        PreparedTriangle::new(&self.scene.triangle_meshes[mesh], face as usize)
+                    }
+                    _ => None,
+                };
+                emitters.push(Emitter { shape, emission, scale, prepared });
             }
             self.area_lights.push(light.clone());
         }

@@ -67,7 +67,7 @@ pub struct Census {
     pub triangles: usize,
     /// Triangles as the camera could see them: counted for every instance.
     pub instanced_triangles: usize,
-    /// Quadrics and patches.
+    /// Quadrics, patches, and pieces of curves.
     pub other_shapes: usize,
     /// Instances after flattening.
     pub instances: usize,
@@ -244,6 +244,18 @@ impl World {
                     }
                 }
                 let shape = HitShape::Patch { primitive, face, u: hit.u, v: hit.v };
+                Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
+            }
+            Other::Curve { primitive, set, piece } => {
+                let curves = &group.curves[set as usize];
+                let hit = curves.intersect(piece, ray)?;
+                if group.primitives[primitive as usize].alpha.is_some() {
+                    let p = curves.interaction(piece, ray, &hit);
+                    if !self.is_there(group, primitive, piece, &p) {
+                        return None;
+                    }
+                }
+                let shape = HitShape::Curve { primitive, set, piece, hit };
                 Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::Handle;
 use crate::world::{Surface, World};
-use steradian_geometry::{BilinearMesh, PlacedQuadric, Reference, ShapeSample, TriangleMesh};
+use steradian_geometry::{BilinearMesh, PlacedQuadric, PreparedTriangle, Reference, ShapeSample, TriangleMesh};
 use steradian_math::{Bounds3, Point3, Vec3};
 
 /// The geometry of an emitter.
@@ -25,6 +25,8 @@ pub struct Emitter {
     pub emission: u32,
     /// Factor of the emission, derived from power where that is given.
     pub scale: f32,
+    /// A triangle, made ready for sampling.
+    pub prepared: Option<PreparedTriangle>,
 }
 
 impl World {
@@ -77,11 +79,19 @@ impl World {
 
     /// A point of an emitter seen from `from`, with its density per solid angle; the normal is the emitting side's.
     #[inline]
-    pub(crate) fn sample_emitter(&self, shape: &EmitterShape, from: &Reference, u: [f32; 2]) -> Option<ShapeSample> {
-        match *shape {
-            EmitterShape::Triangle(mesh, face) => {
-                self.scene.triangle_meshes[mesh].sample_solid_angle(face as usize, from, u)
-            }
+    pub(crate) fn sample_emitter(&self, emitter: &Emitter, from: &Reference, u: [f32; 2]) -> Option<ShapeSample> {
+        match emitter.shape {
+            EmitterShape::Triangle(mesh, face) => match &emitter.prepared {
+                Some(triangle) => {
+                    let mut s = triangle.sample_solid_angle(from, u)?;
+                    // Coordinates matter to pictures only.
+                    if self.area_lights[emitter.emission as usize].image.is_some() {
+                        s.uv = self.scene.triangle_meshes[mesh].uv(face as usize, s.uv.x, s.uv.y);
+                    }
+                    Some(s)
+                }
+                None => self.scene.triangle_meshes[mesh].sample_solid_angle(face as usize, from, u),
+            },
             EmitterShape::Patch(mesh, face) => {
                 self.scene.bilinear_meshes[mesh].sample_solid_angle(face as usize, from, u)
             }
@@ -91,11 +101,12 @@ impl World {
 
     /// The density of `sample_emitter` for the point that a ray hit.
     #[inline]
-    pub(crate) fn emitter_pdf(&self, shape: &EmitterShape, from: &Reference, hit: &Surface) -> f32 {
-        match *shape {
-            EmitterShape::Triangle(mesh, face) => {
-                self.scene.triangle_meshes[mesh].triangle(face as usize).pdf_solid_angle(from, hit.p)
-            }
+    pub(crate) fn emitter_pdf(&self, emitter: &Emitter, from: &Reference, hit: &Surface) -> f32 {
+        match emitter.shape {
+            EmitterShape::Triangle(mesh, face) => match &emitter.prepared {
+                Some(triangle) => triangle.pdf_solid_angle(from, hit.p),
+                None => self.scene.triangle_meshes[mesh].triangle(face as usize).pdf_solid_angle(from, hit.p),
+            },
             EmitterShape::Patch(mesh, face) => {
                 let [u, v] = hit.coordinates;
                 self.scene.bilinear_meshes[mesh].patch(face as usize).pdf_solid_angle(from, u, v)

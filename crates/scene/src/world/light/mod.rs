@@ -161,7 +161,7 @@ impl World {
     ) -> Option<LightSample> {
         let from = &context.reference;
         if let Some(emitter) = self.lights.emitters.get(light as usize) {
-            let s = self.sample_emitter(&emitter.shape, from, u2)?;
+            let s = self.sample_emitter(emitter, from, u2)?;
             let d = s.p - from.p;
             let distance = d.length();
             let wi = d * (1.0 / distance);
@@ -195,7 +195,7 @@ impl World {
             return 0.0;
         }
         let pdf = match (self.lights.emitters.get(light as usize), hit) {
-            (Some(emitter), Some(hit)) => self.emitter_pdf(&emitter.shape, from, hit),
+            (Some(emitter), Some(hit)) => self.emitter_pdf(emitter, from, hit),
             (Some(_), None) => 0.0,
             (None, _) => self.lights.far[light as usize - self.lights.emitters.len()].pdf(from.p, wi),
         };
