@@ -5,3 +5,4 @@ mod counters;
 mod determinism;
 mod furnace;
 mod scenes;
+mod translucent;
