@@ -339,7 +339,7 @@ mod tests {
             assert_eq!(w, 1.0);
             r.at((2.0 - r.o[2]) / r.d[2])[0]
         };
-        for x in [0.0, 0.002, 0.006] {
+        for x in [0.0, 0.001, 0.002] {
             // The inverted image of the plane two metres from the film, to third-order aberrations.
             let (a, b) = (at(x, 0.0005), at(x, -0.0005));
             assert!((a - b).abs() < 2e-4, "{a} and {b}");

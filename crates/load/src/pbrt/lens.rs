@@ -79,7 +79,8 @@ impl Loader<'_> {
             "gaussian" => rasterized(&|q| (exp(-(q.x * q.x + q.y * q.y)) - exp(-1.0)).max(0.0)),
             "square" => rasterized(&|q| f32::from(u8::from(q.x.abs() < 0.5 && q.y.abs() < 0.5))),
             "pentagon" => {
-                let pentagon = corners(5, 0.25, &|_| 0.8);
+                // With a corner down, as in pbrt.
+                let pentagon = corners(5, 0.75, &|_| 0.8);
                 rasterized(&|q| f32::from(u8::from(is_inside(&pentagon, q))))
             }
             "star" => {
