@@ -5,6 +5,7 @@ mod camera;
 mod group;
 mod lens;
 mod light;
+mod medium;
 mod noise;
 mod shading;
 mod surface;
@@ -13,6 +14,7 @@ mod texture;
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{LightContext, LightPoint, LightSample};
 pub(crate) use light::{mean_intensity, projected_luminance};
+pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
@@ -20,6 +22,7 @@ pub use texture::TextureContext;
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
+use medium::BuiltMedium;
 use steradian_geometry::{HitKind, NoTally, Tally};
 use steradian_image::Pyramid;
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
@@ -54,6 +57,8 @@ pub struct World {
     camera: CameraModel,
     area_lights: Vec<AreaLight>,
     lights: Lights,
+    media: Vec<BuiltMedium>,
+    needs_one_wavelength: bool,
     bounds: Bounds3,
     has_motion: bool,
     uses_footprints: bool,
@@ -82,6 +87,8 @@ pub struct Census {
     pub mesh_bytes: usize,
     /// Bytes of pictures and their pyramids.
     pub image_bytes: usize,
+    /// Bytes of the grids of media.
+    pub medium_bytes: usize,
 }
 
 impl World {
@@ -152,6 +159,7 @@ impl World {
                 .sum(),
             image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
                 + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+            medium_bytes: self.medium_bytes(),
         }
     }
 
