@@ -4,12 +4,15 @@
 
 mod debug;
 mod distribution;
+mod hero;
 mod lobe_sampling;
 mod numbers;
 mod path;
 pub mod record;
+mod simple_volpath;
 mod subsurface;
 mod switched;
+mod volpath;
 mod whitted;
 
 pub use debug::{AmbientOcclusion, View};
@@ -17,10 +20,12 @@ pub use distribution::Distribution;
 pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;
+pub use simple_volpath::SimpleVolPath;
 use steradian_math::Point2;
 use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 pub use switched::SwitchedPath;
+pub use volpath::VolPath;
 pub use whitted::Whitted;
 
 /// The algorithms that start at the camera.
@@ -28,6 +33,10 @@ pub use whitted::Whitted;
 pub enum Integrator {
     /// Path tracing.
     Path(Path),
+    /// Path tracing through media.
+    VolPath(VolPath),
+    /// A random walk through media.
+    SimpleVolPath(SimpleVolPath),
     /// Path tracing by choice of technique.
     SwitchedPath(SwitchedPath),
     /// Whitted's ray tracing.
@@ -46,7 +55,10 @@ impl Integrator {
         let settings = &world.settings().integrator;
         let (max_depth, regularize) = (settings.max_depth, settings.regularize);
         match settings.kind {
-            IntegratorKind::Path => {
+            IntegratorKind::VolPath if world.has_media() => Self::VolPath(VolPath { max_depth, regularize }),
+            IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
+            // Without media, path tracing through media is path tracing.
+            IntegratorKind::Path | IntegratorKind::VolPath => {
                 let techniques = settings.techniques;
                 // Stratification is a matter of the numbers, and those both know by domain.
                 if (Techniques { stratify: Stratify::default(), ..techniques }) == Techniques::default() {
@@ -79,7 +91,7 @@ impl Integrator {
         }
     }
 
-    /// An estimate of the mean radiance over lens and shutter at a film position, in the four lanes of `wavelengths`.
+    /// An estimate of the mean radiance over lens and shutter at a film position, weighted as the lens does, in the four lanes of `wavelengths`.
     ///
     /// One camera ray, or as many as the algorithm wants.
     #[inline]
@@ -97,7 +109,10 @@ impl Integrator {
         let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
         let time = if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
         let ray = world.camera_ray(&CameraSample { film, lens, time });
-        self.radiance(world, &ray, wavelengths, numbers, record)
+        if ray.weight == 0.0 {
+            return Lanes::ZERO;
+        }
+        self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight
     }
 
     /// An estimate of the radiance that arrives along a camera ray, in the four lanes of `wavelengths`.
@@ -116,6 +131,8 @@ impl Integrator {
         match self {
             Self::Path(path) => path.radiance(world, ray, wavelengths, numbers, record),
             Self::SwitchedPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::VolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::SimpleVolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
             Self::Whitted(whitted) => whitted.radiance(world, ray, wavelengths, record),
             Self::Distribution(d) => d.radiance(world, ray, wavelengths, numbers, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),

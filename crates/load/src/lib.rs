@@ -4,6 +4,7 @@
 //! Files are opened only through [`FileAccess`].
 
 mod files;
+pub mod nanovdb;
 mod pbrt;
 pub mod ply;
 mod tensor;

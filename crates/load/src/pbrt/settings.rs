@@ -29,7 +29,7 @@ pub(super) fn default_settings() -> RenderSettings {
         film: FilmSettings::new(1280, 720),
         filter: gaussian(),
         sampler: SamplerSettings { kind: SamplerKind::ZSobol, ..SamplerSettings::default() },
-        integrator: IntegratorSettings::default(),
+        integrator: IntegratorSettings { kind: IntegratorKind::VolPath, ..IntegratorSettings::default() },
         color: ColorMode::Spectral,
         disable_pixel_jitter: false,
         disable_wavelength_jitter: false,
@@ -135,9 +135,11 @@ impl Loader<'_> {
                 Projection::Spherical { mapping }
             }
             "realistic" => {
-                p.error("the `realistic` camera is not supported yet", None);
-                p.accept_all();
-                Projection::Orthographic
+                let diagonal = self.declarations.film.as_mut().map_or(35.0, |f| f.1.float("diagonal", 35.0)) * 1e-3;
+                match self.lens_system(p, diagonal) {
+                    Some(lens) => Projection::Realistic { lens, diagonal },
+                    None => Projection::Orthographic,
+                }
             }
             _ => {
                 let span = p.span;
@@ -147,26 +149,8 @@ impl Loader<'_> {
             }
         };
         let p = &mut params;
-        camera.lens_radius = p.float("lensradius", 0.0);
-        camera.focal_distance = p.float("focaldistance", 1e6);
-        if camera.lens_radius < 0.0 {
-            let span = p.span_of("lensradius");
-            p.error("`lensradius` cannot be negative", span);
-        }
-        if camera.focal_distance <= 0.0 {
-            let span = p.span_of("focaldistance");
-            p.error("`focaldistance` must be positive", span);
-        }
-        camera.frame_aspect_ratio = p.maybe_float("frameaspectratio");
-        if camera.frame_aspect_ratio.is_some_and(|a| a <= 0.0) {
-            let span = p.span_of("frameaspectratio");
-            p.error("`frameaspectratio` must be positive", span);
-        }
-        if let Some((window, span)) = p.floats("screenwindow") {
-            match *window {
-                [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => camera.screen_window = Some([x0, x1, y0, y1]),
-                _ => p.error("`screenwindow` takes four numbers, x0 x1 y0 y1, that span an area", span),
-            }
+        if kind != "realistic" {
+            thin_lens(p, &mut camera);
         }
         let shutter = camera.shutter;
         self.scene.camera = camera;
@@ -325,6 +309,7 @@ impl Loader<'_> {
         let mut settings = IntegratorSettings::default();
         match kind.as_str() {
             "path" | "volpath" => {
+                settings.kind = if kind == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
                 settings.light_selection = p.choice(
                     "lightsampler",
                     &[
@@ -344,6 +329,12 @@ impl Loader<'_> {
             "ambientocclusion" => {
                 let (cosine, max_distance) = (p.boolean("cossample", true), p.float("maxdistance", f32::INFINITY));
                 settings.kind = IntegratorKind::AmbientOcclusion { cosine, max_distance };
+            }
+            "simplevolpath" => {
+                settings.kind = IntegratorKind::SimpleVolPath;
+                if self.scene.lights.iter().any(|l| !l.has_extent()) {
+                    p.error("the `simplevolpath` integrator finds lights by chance, and so never a point, spot or distant light", None);
+                }
             }
             // Both are the path tracer with techniques taken away. Where pbrt leaves Dirac lobes black when it draws
             // directions without regard for them, they are followed here.
@@ -367,7 +358,7 @@ impl Loader<'_> {
                     ..Techniques::default()
                 };
             }
-            "simplevolpath" | "lightpath" | "bdpt" | "mlt" | "sppm" => {
+            "lightpath" | "bdpt" | "mlt" | "sppm" => {
                 p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
                 settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
                 p.accept_all();
@@ -453,6 +444,31 @@ impl Loader<'_> {
                 let e = Diagnostic::error(format!("unknown option \"{}\"", d.text(0)), d.arg_span(0));
                 self.diagnostics.push(e.with_suggestion(did_you_mean(&name, known)));
             }
+        }
+    }
+}
+
+/// Lens and window of the cameras that have no lens system.
+fn thin_lens(p: &mut Params, camera: &mut Camera) {
+    camera.lens_radius = p.float("lensradius", 0.0);
+    camera.focal_distance = p.float("focaldistance", 1e6);
+    if camera.lens_radius < 0.0 {
+        let span = p.span_of("lensradius");
+        p.error("`lensradius` cannot be negative", span);
+    }
+    if camera.focal_distance <= 0.0 {
+        let span = p.span_of("focaldistance");
+        p.error("`focaldistance` must be positive", span);
+    }
+    camera.frame_aspect_ratio = p.maybe_float("frameaspectratio");
+    if camera.frame_aspect_ratio.is_some_and(|a| a <= 0.0) {
+        let span = p.span_of("frameaspectratio");
+        p.error("`frameaspectratio` must be positive", span);
+    }
+    if let Some((window, span)) = p.floats("screenwindow") {
+        match *window {
+            [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => camera.screen_window = Some([x0, x1, y0, y1]),
+            _ => p.error("`screenwindow` takes four numbers, x0 x1 y0 y1, that span an area", span),
         }
     }
 }

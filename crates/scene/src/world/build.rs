@@ -2,6 +2,7 @@
 
 use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
+use super::medium::{build_media, needs_one_wavelength};
 use super::{World, WorldInstance};
 use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
 use steradian_geometry::PreparedTriangle;
@@ -115,6 +116,7 @@ impl World {
         let bounds = groups[0].accel.bounds();
 
         let pyramids = pyramids(&scene)?;
+        let media = build_media(&scene, primitives.iter().chain(objects.iter().flatten()))?;
         let settings = &scene.settings;
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
         let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
@@ -130,6 +132,8 @@ impl World {
             uses_footprints,
             area_lights: Vec::new(),
             lights: Lights::default(),
+            needs_one_wavelength: needs_one_wavelength(&scene, &media),
+            media,
             bounds,
             scene,
         };

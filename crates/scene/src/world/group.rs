@@ -1,6 +1,6 @@
 //! The geometry of the world, or of one instanced object: a tree over its primitives and what they refer to.
 
-use crate::{Error, FloatTexture, Handle, Material, Primitive, Scattering, Scene, Shape};
+use crate::{Error, FloatTexture, Handle, Material, MediumInterface, Primitive, Scattering, Scene, Shape};
 use steradian_geometry::{Accel, CurveSet, InputTriangle, PlacedQuadric, Quadric};
 use steradian_math::Bounds3;
 
@@ -9,6 +9,8 @@ use steradian_math::Bounds3;
 pub(super) struct PrimitiveRecord {
     pub material: Handle<Material>,
     pub alpha: Option<Handle<FloatTexture>>,
+    /// The media that it separates, if it does.
+    pub media: Option<MediumInterface>,
     /// Index of its mesh, if it is one.
     pub mesh: u32,
     /// The group's number of its first triangle.
@@ -113,10 +115,11 @@ pub(super) fn place_meshes(scene: &mut Scene, primitives: &mut [Primitive], uses
     Ok(())
 }
 
-/// Whether rays pass through a primitive as if it were not there: nothing to scatter, to emit, or to bound a medium.
+/// Whether rays pass through a primitive as if it were not there: nothing to scatter, to emit, or to bound a medium that
+/// the integrator sees.
 fn is_invisible(scene: &Scene, p: &Primitive) -> bool {
     matches!(scene.materials[p.material].scattering, Scattering::Interface)
-        && p.media.is_none()
+        && (p.media.is_none() || !scene.settings.integrator.kind.sees_media())
         && p.area_light.is_none()
 }
 
@@ -132,6 +135,7 @@ impl Group {
             let mut record = PrimitiveRecord {
                 material: p.material,
                 alpha: p.alpha,
+                media: p.media,
                 mesh: 0,
                 first_triangle: triangles.len() as u32,
                 first_light: None,

@@ -3,7 +3,9 @@
 mod build;
 mod camera;
 mod group;
+mod lens;
 mod light;
+mod medium;
 mod noise;
 mod shading;
 mod subsurface;
@@ -13,6 +15,7 @@ mod texture;
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{LightContext, LightPoint, LightSample};
 pub(crate) use light::{mean_intensity, projected_luminance};
+pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
@@ -20,6 +23,7 @@ pub use texture::TextureContext;
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
+use medium::BuiltMedium;
 use steradian_geometry::{HitKind, NoTally, Tally};
 use steradian_image::Pyramid;
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
@@ -40,6 +44,8 @@ pub struct CameraRay {
     pub ray: Ray,
     /// Its neighbours.
     pub differential: Option<RayDifferential>,
+    /// What radiance along the ray counts; zero where the lens lets nothing through, one without real lenses.
+    pub weight: f32,
 }
 
 /// A scene ready to be rendered.
@@ -52,6 +58,8 @@ pub struct World {
     camera: CameraModel,
     area_lights: Vec<AreaLight>,
     lights: Lights,
+    media: Vec<BuiltMedium>,
+    needs_one_wavelength: bool,
     bounds: Bounds3,
     diffusion: subsurface::DiffusionTables,
     has_motion: bool,
@@ -81,6 +89,8 @@ pub struct Census {
     pub mesh_bytes: usize,
     /// Bytes of pictures and their pyramids.
     pub image_bytes: usize,
+    /// Bytes of the grids of media.
+    pub medium_bytes: usize,
 }
 
 impl World {
@@ -115,9 +125,9 @@ impl World {
     /// The ray for a film position, with differentials if any texture will ask for them.
     #[inline]
     pub fn camera_ray(&self, sample: &CameraSample) -> CameraRay {
-        let ray = self.camera.ray(sample);
+        let (ray, weight) = self.camera.weighted_ray(sample);
         let differential = self.uses_footprints.then(|| self.camera.differential(sample, &ray));
-        CameraRay { ray, differential }
+        CameraRay { ray, differential, weight }
     }
 
     /// Counts what is there.
@@ -151,6 +161,7 @@ impl World {
                 .sum(),
             image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
                 + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+            medium_bytes: self.medium_bytes(),
         }
     }
 
