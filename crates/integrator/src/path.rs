@@ -164,7 +164,7 @@ impl Path {
                     surface: &exit.surface,
                     frame: &exit.frame,
                     bsdf: &exit.bsdf,
-                    wo: subsurface::ARRIVAL,
+                    wo: exit.frame.to_local(exit.surface.wo),
                     context: &context,
                 };
                 add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);

@@ -7,18 +7,18 @@
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, RayKind, Record};
 use steradian_bsdf::{Bsdf, Subsurface};
-use steradian_math::{Frame, Ray, Vec3};
+use steradian_math::{Frame, Ray};
 use steradian_sampling::Rng;
 use steradian_scene::{Surface, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// A point where light comes out.
 pub struct Exit {
-    /// The point.
+    /// The point; the path counts as coming along its normal.
     pub surface: Surface,
     /// The frame of its shading normal.
     pub frame: Frame,
-    /// How light leaves; the path comes along `+z` of the frame.
+    /// How light leaves.
     pub bsdf: Bsdf<'static>,
     /// Throughput from going in to coming out, over density.
     pub weight: Lanes,
@@ -68,18 +68,16 @@ pub fn exit<N: Numbers, R: Record>(
         ray = Ray { t_max: (end - next.o).dot(along), ..next };
     }
 
-    let surface_out = chosen?;
-    let d = frame.to_local(surface_out.p - surface.p);
-    let n = frame.to_local(surface_out.n);
+    let mut out = chosen?;
+    let d = frame.to_local(out.p - surface.p);
+    let n = frame.to_local(out.n);
     let pdf = inside.pdf(d, n);
     let mean = lanes.clone().map(|i| pdf[i]).sum::<f32>() / lanes.len() as f32;
     if mean <= 0.0 || !mean.is_finite() {
         return None;
     }
     let weight = inside.eval(d.length()) * (found as f32 / mean);
-    let frame = Frame::from_xz(surface_out.shading.dpdu, surface_out.shading.n);
-    (!weight.is_black()).then(|| Exit { surface: surface_out, frame, bsdf: inside.exit().into(), weight })
+    let frame = Frame::from_xz(out.shading.dpdu, out.shading.n);
+    out.wo = frame.z;
+    (!weight.is_black()).then(|| Exit { surface: out, frame, bsdf: inside.exit().into(), weight })
 }
-
-/// The direction in which a path arrives at an exit, in its frame.
-pub const ARRIVAL: Vec3 = Vec3 { x: 0.0, y: 0.0, z: 1.0 };
