@@ -6,3 +6,4 @@ mod coverage;
 mod determinism;
 mod furnace;
 mod scenes;
+mod translucent;
