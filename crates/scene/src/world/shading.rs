@@ -240,14 +240,9 @@ impl World {
         (interface, coating)
     }
 
-    /// The surface's material; of a mix, the mix itself.
-    pub fn material(&self, surface: &Surface) -> Handle<Material> {
-        self.groups[surface.group as usize].primitives[surface.primitive as usize].material
-    }
-
     /// The name of the surface's material, or its place in the scene if it has none.
     pub fn material_name(&self, surface: &Surface) -> String {
-        let handle = self.material(surface);
+        let handle = self.groups[surface.group as usize].primitives[surface.primitive as usize].material;
         let name = &self.scene.materials[handle].name;
         if name.is_empty() { format!("{handle:?}") } else { name.clone() }
     }
