@@ -4,4 +4,5 @@ mod continuing;
 mod counters;
 mod determinism;
 mod furnace;
+mod media;
 mod scenes;
