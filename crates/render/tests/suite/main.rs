@@ -6,3 +6,4 @@ mod determinism;
 mod furnace;
 mod media;
 mod scenes;
+mod translucent;

@@ -121,11 +121,13 @@ impl World {
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
         let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
         let uses_footprints = uses_footprints(&scene);
+        let diffusion = super::subsurface::DiffusionTables::build(&scene);
         let mut world = World {
             groups,
             instances,
             pyramids,
             camera,
+            diffusion,
             has_motion,
             uses_footprints,
             area_lights: Vec::new(),
