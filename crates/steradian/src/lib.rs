@@ -10,6 +10,7 @@ mod face;
 mod failure;
 mod info;
 mod interrupt;
+mod lab;
 mod numbers;
 mod opened;
 mod output;
@@ -54,6 +55,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Info(args) => info::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
         Command::Trace(args) => trace::run(args, &console),
+        Command::Lab(args) => lab::run(args, &console),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "steradian", &mut script);
