@@ -4,16 +4,19 @@ use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
 use crate::diffuse_transmission::DiffuseTransmission;
+use crate::hair::Hair;
 use crate::layered::{CoatedConductor, CoatedDiffuse};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
+use crate::measured::Measured;
+use crate::subsurface::SubsurfaceExit;
 use crate::thin_dielectric::ThinDielectric;
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
 
-/// What a surface does to light. The methods are those of [`Lobe`], whose contract they obey.
+/// What a surface does to light; large tables are borrowed from the world. The methods are those of [`Lobe`], whose contract they obey.
 #[derive(Clone, Copy, Debug)]
 #[expect(missing_docs, reason = "each variant is documented at its type")]
-pub enum Bsdf {
+pub enum Bsdf<'w> {
     Diffuse(Diffuse),
     Conductor(Conductor),
     Dielectric(Dielectric),
@@ -21,6 +24,9 @@ pub enum Bsdf {
     DiffuseTransmission(DiffuseTransmission),
     CoatedDiffuse(CoatedDiffuse),
     CoatedConductor(CoatedConductor),
+    Hair(Hair),
+    Measured(Measured<'w>),
+    SubsurfaceExit(SubsurfaceExit),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -34,11 +40,14 @@ macro_rules! with_lobe {
             Bsdf::DiffuseTransmission($lobe) => $body,
             Bsdf::CoatedDiffuse($lobe) => $body,
             Bsdf::CoatedConductor($lobe) => $body,
+            Bsdf::Hair($lobe) => $body,
+            Bsdf::Measured($lobe) => $body,
+            Bsdf::SubsurfaceExit($lobe) => $body,
         }
     };
 }
 
-impl Lobe for Bsdf {
+impl Lobe for Bsdf<'_> {
     #[inline]
     fn flags(&self) -> Lobes {
         with_lobe!(self, lobe => lobe.flags())
@@ -85,7 +94,7 @@ impl Lobe for Bsdf {
     }
 }
 
-impl Bsdf {
+impl Bsdf<'_> {
     /// The name of the kind of lobe, for people.
     pub fn name(&self) -> &'static str {
         match self {
@@ -96,6 +105,9 @@ impl Bsdf {
             Self::DiffuseTransmission(_) => "diffuse transmission",
             Self::CoatedDiffuse(_) => "coated diffuse",
             Self::CoatedConductor(_) => "coated conductor",
+            Self::Hair(_) => "hair",
+            Self::Measured(_) => "measured",
+            Self::SubsurfaceExit(_) => "subsurface exit",
         }
     }
 
@@ -112,7 +124,7 @@ impl Bsdf {
 
 macro_rules! from_lobe {
     ($($lobe:ident),+) => {
-        $(impl From<$lobe> for Bsdf {
+        $(impl From<$lobe> for Bsdf<'_> {
             #[inline]
             fn from(lobe: $lobe) -> Self {
                 Self::$lobe(lobe)
@@ -121,4 +133,21 @@ macro_rules! from_lobe {
     };
 }
 
-from_lobe!(Diffuse, Conductor, Dielectric, ThinDielectric, DiffuseTransmission, CoatedDiffuse, CoatedConductor);
+from_lobe!(
+    Diffuse,
+    Conductor,
+    Dielectric,
+    ThinDielectric,
+    DiffuseTransmission,
+    CoatedDiffuse,
+    CoatedConductor,
+    Hair,
+    SubsurfaceExit
+);
+
+impl<'w> From<Measured<'w>> for Bsdf<'w> {
+    #[inline]
+    fn from(lobe: Measured<'w>) -> Self {
+        Self::Measured(lobe)
+    }
+}

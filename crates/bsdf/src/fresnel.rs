@@ -59,6 +59,28 @@ pub fn index_of_reflectance(reflectance: Lanes) -> (Lanes, Lanes) {
     (Lanes::ONE, k)
 }
 
+/// Half of the mean reflectance of diffuse light, `int_0^1 F(cos) cos dcos`, for the index of the side it goes to over the
+/// one it comes from, inverted: a fit by d'Eon and Irving (2011).
+pub(crate) fn fresnel_moment_1(eta: f32) -> f32 {
+    let horner = |c: [f32; 6]| c.iter().rev().fold(0.0, |sum, c| sum * eta + c);
+    if eta < 1.0 {
+        horner([0.459_66, -1.739_65, 3.376_68, -3.904_945, 2.492_77, -0.684_41])
+    } else {
+        horner([-4.616_86, 11.113_6, -10.464_6, 5.114_55, -1.271_98, 0.127_46])
+    }
+}
+
+/// The second moment `int_0^1 F(cos) cos^2 dcos`; see [`fresnel_moment_1`].
+pub(crate) fn fresnel_moment_2(eta: f32) -> f32 {
+    let horner = |c: &[f32], x: f32| c.iter().rev().fold(0.0, |sum, c| sum * x + c);
+    if eta < 1.0 {
+        horner(&[0.276_14, -0.873_5, 1.120_77, -0.650_95, 0.078_83, 0.048_6], eta)
+    } else {
+        horner(&[-547.033, 404.557, -189.519, 54.932_7, -9.006_03, 0.639_42], eta)
+            + horner(&[0.0, 458.843, -218.725, 45.308_7], 1.0 / eta)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -60,7 +60,7 @@ impl HenyeyGreenstein {
     }
 
     #[inline]
-    fn of_cosine(&self, cos: f32) -> f32 {
+    pub(crate) fn of_cosine(&self, cos: f32) -> f32 {
         let g = self.g;
         let d = 1.0 + g * g + 2.0 * g * cos;
         INV_4PI * (1.0 - g * g) / (d * safe_sqrt(d))

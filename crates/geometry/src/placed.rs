@@ -56,7 +56,7 @@ impl PlacedQuadric {
     /// handedness, but not if both.
     pub fn new(quadric: Quadric, to_world: Transform, reverse_orientation: bool) -> Self {
         let flip = reverse_orientation ^ to_world.swaps_handedness();
-        let keeps_angles = keeps_angles(&to_world);
+        let keeps_angles = to_world.keeps_angles();
         let mut placed = Self { quadric, to_world, flip, keeps_angles, area: 0.0 };
         // The mean stretch over uniform points; exact if it is the same everywhere.
         let n = if keeps_angles { 1 } else { 32 };
@@ -138,12 +138,4 @@ impl PlacedQuadric {
         let (p, n) = (to_object.point(p), to_object.normal(n).normalize());
         with_quadric!(&self.quadric, q => q.pdf_solid_angle(&local, p, n))
     }
-}
-
-/// Whether the columns of the linear part are orthogonal and of one length, up to rounding.
-fn keeps_angles(t: &Transform) -> bool {
-    let [x, y, z] = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)].map(|e| t.vector(e));
-    let l = x.length_squared();
-    let near = |a: f32| a.abs() <= 1e-4 * l;
-    near(y.length_squared() - l) && near(z.length_squared() - l) && near(x.dot(y)) && near(y.dot(z)) && near(z.dot(x))
 }

@@ -4,11 +4,14 @@
 
 mod debug;
 mod distribution;
+mod hero;
 mod lobe_sampling;
 mod numbers;
 mod path;
 pub mod record;
+mod simple_volpath;
 mod switched;
+mod volpath;
 mod whitted;
 
 pub use debug::{AmbientOcclusion, View};
@@ -16,10 +19,12 @@ pub use distribution::Distribution;
 pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;
+pub use simple_volpath::SimpleVolPath;
 use steradian_math::Point2;
 use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 pub use switched::SwitchedPath;
+pub use volpath::VolPath;
 pub use whitted::Whitted;
 
 /// The algorithms that start at the camera.
@@ -27,6 +32,10 @@ pub use whitted::Whitted;
 pub enum Integrator {
     /// Path tracing.
     Path(Path),
+    /// Path tracing through media.
+    VolPath(VolPath),
+    /// A random walk through media.
+    SimpleVolPath(SimpleVolPath),
     /// Path tracing by choice of technique.
     SwitchedPath(SwitchedPath),
     /// Whitted's ray tracing.
@@ -45,7 +54,10 @@ impl Integrator {
         let settings = &world.settings().integrator;
         let (max_depth, regularize) = (settings.max_depth, settings.regularize);
         match settings.kind {
-            IntegratorKind::Path => {
+            IntegratorKind::VolPath if world.has_media() => Self::VolPath(VolPath { max_depth, regularize }),
+            IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
+            // Without media, path tracing through media is path tracing.
+            IntegratorKind::Path | IntegratorKind::VolPath => {
                 let techniques = settings.techniques;
                 // Stratification is a matter of the numbers, and those both know by domain.
                 if (Techniques { stratify: Stratify::default(), ..techniques }) == Techniques::default() {
@@ -115,6 +127,8 @@ impl Integrator {
         match self {
             Self::Path(path) => path.radiance(world, ray, wavelengths, numbers, record),
             Self::SwitchedPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::VolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
+            Self::SimpleVolPath(path) => path.radiance(world, ray, wavelengths, numbers, record),
             Self::Whitted(whitted) => whitted.radiance(world, ray, wavelengths, record),
             Self::Distribution(d) => d.radiance(world, ray, wavelengths, numbers, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),

@@ -102,7 +102,7 @@ mod tests {
     use steradian_spectrum::Lanes;
     use steradian_testkit::TestRng;
 
-    fn lobes() -> Vec<Bsdf> {
+    fn lobes() -> Vec<Bsdf<'static>> {
         let rough = TrowbridgeReitz::new(0.4, 0.3);
         let smooth = Dielectric::new(1.5, TrowbridgeReitz::smooth());
         let base = Diffuse::new(Lanes::splat(0.6));

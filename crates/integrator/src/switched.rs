@@ -44,7 +44,7 @@ struct Walk {
 /// A point where the path scatters.
 struct Here<'a> {
     surface: &'a Surface,
-    shading: &'a Shading,
+    shading: &'a Shading<'a>,
     context: LightContext,
     wo: Vec3,
 }

@@ -1,6 +1,7 @@
 //! A claim of the lecture as numbers: what theory predicts, what was measured, and which measurements agree.
 
 use crate::Topic;
+use crate::measure::{ErrorAt, slope};
 use serde::{Serialize, Serializer};
 use steradian_sampling::statistics::{normal_quantile, student_t_quantile};
 
@@ -76,6 +77,29 @@ impl Claim {
     ) -> Self {
         let half = z_limit() * standard_error + tolerance;
         Self::within(topic, claim, predicted, measured, [predicted - half, predicted + half])
+    }
+
+    /// A squared error falls like `n^predicted`; measured over points that know their own scatter.
+    pub fn falls(topic: Topic, claim: impl Into<String>, predicted: f64, points: &[ErrorAt]) -> Self {
+        // The reference picture has an error of its own, which bends the line a little.
+        match slope(points) {
+            Some(s) => Self::close(topic, claim, predicted, 2.0 * s.value, 2.0 * s.standard_error, 0.04),
+            None => Self::equal(topic, claim, predicted, f64::NAN, 0.0),
+        }
+    }
+
+    /// The ratio of two squared errors that know their own scatter, with a tolerance for the error of the reference.
+    pub fn ratio(
+        topic: Topic,
+        claim: impl Into<String>,
+        predicted: f64,
+        top: &ErrorAt,
+        bottom: &ErrorAt,
+        tolerance: f64,
+    ) -> Self {
+        let measured = top.mean_square / bottom.mean_square;
+        let error = measured * top.relative.hypot(bottom.relative);
+        Self::close(topic, claim, predicted, measured, error, tolerance * predicted)
     }
 
     /// Measured is at most `bound`.

@@ -81,15 +81,14 @@ pub fn plain_slope(points: &[(f64, f64)]) -> f64 {
     steradian_sampling::statistics::log_log_slope(points).map_or(f64::NAN, |r| r.slope)
 }
 
+/// `(n, mean square)` for a figure.
+pub fn squares(points: &[ErrorAt]) -> Vec<(f64, f64)> {
+    points.iter().map(|p| (p.n, p.mean_square)).collect()
+}
+
 /// `(n, rms)` for a figure.
 pub fn curve(points: &[ErrorAt]) -> Vec<(f64, f64)> {
     points.iter().map(|p| (p.n, p.rms())).collect()
-}
-
-/// Mean of a ratio of two independent positive means and its standard error, to first order.
-pub fn ratio(top: &VarianceEstimator, bottom: &VarianceEstimator) -> (f64, f64) {
-    let r = top.mean() / bottom.mean();
-    (r, r.abs() * top.relative_error().hypot(bottom.relative_error()))
 }
 
 /// A sample variance with its standard error, which knows the kurtosis of the sample and so needs no normality.

@@ -4,8 +4,10 @@
 //! Files are opened only through [`FileAccess`].
 
 mod files;
+pub mod nanovdb;
 mod pbrt;
 pub mod ply;
+mod tensor;
 
 pub use files::{Disk, FileAccess, Memory};
 pub use pbrt::{Input, LoadOptions, LoadOutcome, load_pbrt};

@@ -362,12 +362,8 @@ fn what_is_not_supported_says_what_happens_instead() {
         ]
     );
     assert_eq!(
-        world("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 2 3]"),
-        ["warning: media are not supported yet: \"fog\" is left out, as if it were a vacuum"]
-    );
-    assert_eq!(
-        world("Material \"hair\" \"float beta_m\" .3"),
-        ["warning: the `hair` material is not supported yet; `diffuse` is used instead"]
+        world("Material \"subsurface\" \"float scale\" 3"),
+        ["warning: the `subsurface` material is not supported yet; `diffuse` is used instead"]
     );
     assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),
@@ -451,4 +447,61 @@ proptest! {
             prop_assert!(!d.render(&out.sources).is_empty());
         }
     }
+}
+
+#[test]
+fn media_that_cannot_be_are_told_what_is_wrong() {
+    let medium = |text: &str| world(&format!("MakeNamedMedium \"m\" \"string type\" {text}"));
+    assert_eq!(
+        medium("\"homogeneous\" \"float g\" 1"),
+        ["error: medium \"m\" (homogeneous): `g` must be between -1 and 1, not 1"]
+    );
+    assert_eq!(
+        medium("\"homogeneous\" \"spectrum sigma_s\" [400 -2 500 -2]"),
+        ["error: medium \"m\" (homogeneous): `sigma_s` is -2; it must be a finite number that is not negative"]
+    );
+    assert_eq!(
+        medium("\"homogeneous\" \"string preset\" \"Wholmilk\""),
+        ["warning: unknown medium preset \"Wholmilk\" | did you mean `Wholemilk`?"]
+    );
+    assert_eq!(medium("\"uniformgrid\" \"integer nx\" 2"), ["error: medium \"m\" (uniformgrid) has no `density`"]);
+    assert_eq!(
+        medium("\"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2 3]"),
+        ["error: medium \"m\" (uniformgrid): `density` has 3 values, but the grid of 2 x 1 x 1 cells needs 2"]
+    );
+    assert_eq!(
+        medium("\"uniformgrid\" \"integer nx\" 2 \"float density\" [1 -2]"),
+        [
+            "error: medium \"m\" (uniformgrid): value 1 of `density` is -2; it must be a finite number that is not negative"
+        ]
+    );
+    assert_eq!(
+        medium(
+            "\"uniformgrid\" \"integer nx\" 2147483647 \"integer ny\" 2147483647 \"integer nz\" 9 \"float density\" 1"
+        ),
+        [
+            "error: medium \"m\" (uniformgrid): `density` has 1 values, but the grid of 2147483647 x 2147483647 x 9 cells needs 18446744073709551615"
+        ]
+    );
+    assert_eq!(
+        medium("\"uniformgrid\" \"float density\" 1 \"point3 p1\" [0 1 1]"),
+        ["error: medium \"m\" (uniformgrid): the box of the medium is empty"]
+    );
+    assert_eq!(
+        medium("\"uniformgrid\" \"float density\" 1 \"float temperature\" 1 \"rgb Le\" [1 1 1]"),
+        ["error: a medium glows by `Le` or by `temperature`, not by both"]
+    );
+    assert_eq!(medium("\"rgbgrid\""), ["error: medium \"m\" (rgbgrid) has neither `sigma_a` nor `sigma_s`"]);
+    assert_eq!(
+        medium("\"rgbgrid\" \"rgb sigma_s\" [1 1 1] \"rgb Le\" [1 1 1]"),
+        ["error: `Le` needs `sigma_a`: what does not absorb does not emit"]
+    );
+    assert_eq!(medium("\"nanovdb\""), ["error: medium \"m\" (nanovdb) has no `filename`"]);
+    assert_eq!(medium("\"nanovdb\" \"string filename\" \"no.nvdb\""), ["error: no.nvdb: no such file"]);
+    assert_eq!(
+        problems("Integrator \"simplevolpath\"\nWorldBegin\nLightSource \"point\""),
+        [
+            "scene.pbrt:1:12 error: the `simplevolpath` integrator finds lights by chance, and so never a point, spot or distant light"
+        ]
+    );
 }

@@ -7,8 +7,8 @@ use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
 use steradian_math::{Normal3, PI, Point3, Transform, Vec3};
 use steradian_sampling::{Randomization, SamplerKind};
 use steradian_scene::{
-    CheckerMapping, EnvironmentMapping, IntegratorKind, Ior, Light, LightSelection, Mapping2, Metal, Primitive,
-    Projection, Scattering, Scene, Shape, SphericalMapping, Texture,
+    CheckerMapping, EnvironmentMapping, Glow, IntegratorKind, Ior, Light, LightSelection, Mapping2, Metal, Primitive,
+    Projection, Scattering, Scene, Shape, SphericalMapping, Texture, Volume,
 };
 use steradian_spectrum::{ColorSpace, SpectrumUse, cie};
 
@@ -414,7 +414,8 @@ fn a_boundary_is_where_media_differ() {
     assert_eq!((s.primitives[1].media, s.primitives[2].media), (None, None));
     let m = &s.media[fog];
     assert_eq!((m.name.as_str(), m.scale, m.g), ("fog", 2.0, 0.5));
-    let (le, scale) = m.emission.as_ref().unwrap();
+    let Volume::Homogeneous { emission, .. } = &m.volume else { panic!("{:?}", m.volume) };
+    let (le, scale) = emission.as_ref().unwrap();
     near(luminance(le, *scale), 4.0);
 }
 
@@ -422,6 +423,39 @@ fn a_boundary_is_where_media_differ() {
 fn the_identity_is_what_a_world_starts_with() {
     let s = load("Scale 3 3 3 Camera \"perspective\" WorldBegin Shape \"sphere\"");
     assert_eq!(s.primitives[0].world_from_object, Transform::IDENTITY);
+}
+
+#[test]
+fn media_of_every_type_become_volumes() {
+    let s = load(
+        "Integrator \"volpath\" Translate 1 2 3 WorldBegin Translate 0 0 5\n\
+         MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Skin2\" \"float scale\" .8\n\
+         MakeNamedMedium \"b\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"float density\" [1 2] \"float temperature\" [300 900]\n\
+         \"float temperaturecutoff\" 20 \"float temperaturescale\" 2 \"float Lescale\" [3 4] \"point3 p1\" [2 1 1]\n\
+         MakeNamedMedium \"c\" \"string type\" \"uniformgrid\" \"float density\" 7 \"rgb Le\" [1 1 1]\n\
+         MakeNamedMedium \"d\" \"string type\" \"rgbgrid\" \"integer ny\" 2 \"rgb sigma_a\" [1 2 3 4 5 6] \"rgb Le\" [1 0 0 0 1 0]\n\
+         MakeNamedMedium \"e\" \"string type\" \"cloud\" \"float wispiness\" 3",
+    );
+    assert_eq!(s.settings.integrator.kind, IntegratorKind::VolPath);
+    let m = s.media.as_slice();
+    assert_eq!(m[0].world_from_medium, Transform::translate(Vec3::new(0.0, 0.0, 5.0)));
+    let Volume::Homogeneous { coefficients, emission: None } = &m[0].volume else { panic!("{:?}", m[0]) };
+    // At 600 nm skin scatters much and absorbs little.
+    assert!(coefficients.sigma_s.eval_at(600.0) > 1.0 && coefficients.sigma_a.eval_at(600.0) < 0.1);
+    let Volume::Grid { density, glow: Some(glow), bounds, .. } = &m[1].volume else { panic!("{:?}", m[1]) };
+    assert_eq!((density.size, density.values.as_slice(), bounds.max.x), ([2, 1, 1], [1.0, 2.0].as_slice(), 2.0));
+    let Glow::Blackbody { temperature, offset, temperature_scale, scale, field } = glow else { panic!("{glow:?}") };
+    assert_eq!((temperature.values[1], *offset, *temperature_scale, *scale), (900.0, 20.0, 2.0, 1.0));
+    assert_eq!(field.as_ref().unwrap().values, [3.0, 4.0]);
+    let Volume::Grid { glow: Some(Glow::Spectrum { radiance, scale, field: None }), .. } = &m[2].volume else {
+        panic!("{:?}", m[2])
+    };
+    near(luminance(radiance, *scale), 1.0);
+    let Volume::RgbGrid(g) = &m[3].volume else { panic!("{:?}", m[3]) };
+    assert_eq!(g.sigma_a.as_ref().unwrap().values, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    assert!(g.sigma_s.is_none() && g.emission.as_ref().unwrap().1 == 1.0);
+    let Volume::Cloud(c) = &m[4].volume else { panic!("{:?}", m[4]) };
+    assert_eq!((c.density, c.wispiness, c.frequency), (1.0, 3.0, 5.0));
 }
 
 #[test]

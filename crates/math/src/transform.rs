@@ -252,6 +252,20 @@ impl Transform {
         self.determinant3() < 0.0
     }
 
+    /// Whether lengths are all scaled alike, so that angles stay: up to rounding, the columns of the linear part are
+    /// orthogonal and of one length.
+    pub fn keeps_angles(&self) -> bool {
+        let [x, y, z] = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)];
+        let [x, y, z] = [x, y, z].map(|e| self.vector(e));
+        let l = x.length_squared();
+        let near = |a: f32| a.abs() <= 1e-4 * l;
+        near(y.length_squared() - l)
+            && near(z.length_squared() - l)
+            && near(x.dot(y))
+            && near(y.dot(z))
+            && near(z.dot(x))
+    }
+
     /// Whether this is exactly the identity.
     pub fn is_identity(&self) -> bool {
         self.m == IDENTITY

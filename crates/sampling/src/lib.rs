@@ -27,6 +27,7 @@ pub mod mis;
 pub mod rng;
 pub mod sampler;
 pub mod sequence;
+pub mod spline;
 pub mod statistics;
 pub mod warp;
 

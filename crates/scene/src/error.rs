@@ -1,5 +1,6 @@
 //! Why a scene cannot become a world.
 
+use crate::MediumError;
 use steradian_geometry::{AccelError, MeshError};
 
 /// What is wrong with a scene that was not made by a careful loader.
@@ -23,6 +24,14 @@ pub enum Error {
         name: String,
         /// What is wrong with it.
         message: String,
+    },
+    /// A medium that cannot be.
+    #[error("medium {name:?}: {source}")]
+    Medium {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        source: MediumError,
     },
     /// Objects contain each other, or nest beyond all reason.
     #[error("instances of {object:?} nest deeper than {limit} levels")]

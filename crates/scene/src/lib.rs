@@ -9,6 +9,7 @@ mod medium;
 mod scene;
 mod settings;
 mod shape;
+mod sparse_grid;
 mod technique;
 mod texture;
 mod world;
@@ -18,16 +19,17 @@ pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use light::{AreaLight, EnvironmentMapping, Light};
 pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
-pub use medium::Medium;
+pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
 pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
+pub use sparse_grid::{BRICK, SparseGrid, SparseLayout};
 pub use technique::{
     ABSURD_RAYS, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError, Stratification,
     Stratify, Techniques, Whitted,
 };
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
-    CameraModel, CameraRay, CameraSample, Census, DIFFERENTIAL_SCALE, Footprint, Hit, LightContext, LightPoint,
-    LightSample, Shading, Surface, TextureContext, World,
+    CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Footprint, FreeFlight, Hit,
+    LightContext, LightPoint, LightSample, MediumPoint, MediumRay, Shading, Surface, TextureContext, World,
 };

@@ -128,3 +128,10 @@ impl TextureImage {
         crate::world::projected_luminance(self, fov)
     }
 }
+
+impl Light {
+    /// Whether a ray can run into the light by chance.
+    pub fn has_extent(&self) -> bool {
+        matches!(self, Self::UniformInfinite { .. } | Self::ImageInfinite { .. } | Self::PortalInfinite { .. })
+    }
+}

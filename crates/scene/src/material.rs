@@ -1,6 +1,7 @@
 //! Materials: textures that feed a scattering model. `World` evaluates them to a `Bsdf` at a point.
 
 use crate::{FloatTexture, Handle, SpectrumTexture, TextureImage};
+use steradian_bsdf::MeasuredMaterial;
 use steradian_spectrum::Spectrum;
 
 /// A scalar texture.
@@ -129,6 +130,21 @@ pub enum Scattering {
         /// The coat.
         coat: Coat,
     },
+    /// A fibre.
+    Hair {
+        /// Absorption inside.
+        color: HairColor,
+        /// Index of refraction inside.
+        eta: FloatInput,
+        /// Roughness along the fibre.
+        beta_m: FloatInput,
+        /// Roughness around the fibre.
+        beta_n: FloatInput,
+        /// Tilt of the scales in degrees.
+        alpha: FloatInput,
+    },
+    /// Tabulated reflectance.
+    Measured(Handle<MeasuredMaterial>),
     /// One of two materials, chosen by a hash of place and direction; the second with probability `amount`.
     Mix {
         /// The candidates.

@@ -4,6 +4,7 @@ use crate::{
     Arena, Camera, FloatTexture, Instance, Light, Material, Medium, Object, Primitive, RenderSettings, SpectrumTexture,
     TextureImage,
 };
+use steradian_bsdf::MeasuredMaterial;
 use steradian_geometry::{BilinearMesh, TriangleMesh};
 
 /// Everything that a file says, without anything derived from it.
@@ -21,6 +22,8 @@ pub struct Scene {
     pub spectrum_textures: Arena<SpectrumTexture>,
     /// Materials.
     pub materials: Arena<Material>,
+    /// Tables of measured materials.
+    pub measured: Arena<MeasuredMaterial>,
     /// Media.
     pub media: Arena<Medium>,
     /// Things to instance.
@@ -47,6 +50,7 @@ impl Scene {
             float_textures: Arena::default(),
             spectrum_textures: Arena::default(),
             materials: Arena::default(),
+            measured: Arena::default(),
             media: Arena::default(),
             objects: Arena::default(),
             primitives: Vec::new(),

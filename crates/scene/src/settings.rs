@@ -73,6 +73,10 @@ pub enum IntegratorKind {
     /// Path tracing with next-event estimation and multiple importance sampling.
     #[default]
     Path,
+    /// Path tracing through participating media, with spectral multiple importance sampling.
+    VolPath,
+    /// A random walk through participating media that simulates what one photon at a time does.
+    SimpleVolPath,
     /// Whitted's ray tracing: mirrors, refraction, and point lights.
     Whitted(Whitted),
     /// Brute-force distribution ray tracing.
@@ -94,6 +98,13 @@ pub enum IntegratorKind {
     },
 }
 
+impl IntegratorKind {
+    /// Whether the algorithm sees participating media; to the others they are empty space.
+    pub fn sees_media(self) -> bool {
+        matches!(self, Self::VolPath | Self::SimpleVolPath)
+    }
+}
+
 /// The algorithm and its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegratorSettings {
@@ -105,7 +116,8 @@ pub struct IntegratorSettings {
     pub light_selection: LightSelection,
     /// Whether lobes are roughened after the first non-specular bounce; biased.
     pub regularize: bool,
-    /// The switches of path tracing; no other algorithm reads more of them than the stratification.
+    /// The switches of path tracing, also of that through media where a scene has none; no other algorithm reads more of
+    /// them than the stratification.
     pub techniques: Techniques,
 }
 
@@ -116,7 +128,7 @@ impl IntegratorSettings {
     /// The first thing that is wrong.
     pub fn check(&self, lights: &LightCensus) -> Result<(), SettingsError> {
         match &self.kind {
-            IntegratorKind::Path => self.techniques.check(lights),
+            IntegratorKind::Path | IntegratorKind::VolPath => self.techniques.check(lights),
             IntegratorKind::Whitted(w) => w.check(),
             IntegratorKind::Distribution(d) => d.check(),
             _ => Ok(()),

@@ -1,7 +1,7 @@
 //! Shapes with what covers them, and instances.
 
 use crate::{AreaLight, FloatTexture, Handle, Material, Medium};
-use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh};
+use steradian_geometry::{BilinearMesh, Curve, Cylinder, Disk, Sphere, TriangleMesh};
 use steradian_math::{AnimatedTransform, Transform};
 
 /// The geometry of a primitive, in object space.
@@ -17,6 +17,8 @@ pub enum Shape {
     Disk(Disk),
     /// An open cylinder.
     Cylinder(Cylinder),
+    /// Thin curves. They cannot be sampled as lights: what shines on them is found by chance.
+    Curves(Vec<Curve>),
 }
 
 /// The media on the two sides of a boundary; `None` is vacuum.

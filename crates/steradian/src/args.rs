@@ -232,6 +232,10 @@ pub(crate) struct RunArgs {
 pub(crate) enum IntegratorArg {
     /// Paths from the camera, with light sampling
     Path,
+    /// Paths through participating media
+    Volpath,
+    /// Random walks through participating media, without light sampling
+    Simplevolpath,
     /// Whitted 1980: mirrors, refraction, and lamps as points
     Whitted,
     /// Cook 1984: rays distributed over pixel, lens, lamps, lobes and time at each hit

@@ -93,6 +93,7 @@ fn shape_name(shape: &Shape) -> &'static str {
         Shape::Sphere(_) => "sphere",
         Shape::Disk(_) => "disk",
         Shape::Cylinder(_) => "cylinder",
+        Shape::Curves(_) => "curve",
     }
 }
 
@@ -105,6 +106,8 @@ fn scattering_name(scattering: &Scattering) -> &'static str {
         Scattering::DiffuseTransmission { .. } => "diffuse transmission",
         Scattering::CoatedDiffuse { .. } => "coated diffuse",
         Scattering::CoatedConductor { .. } => "coated conductor",
+        Scattering::Hair { .. } => "hair",
+        Scattering::Measured(_) => "measured",
         Scattering::Mix { .. } => "mix",
         Scattering::Interface => "interface",
     }

@@ -88,6 +88,8 @@ fn sampler_kind(arg: SamplerArg) -> SamplerKind {
 fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKind {
     match (arg, in_scene) {
         (IntegratorArg::Path, _) => IntegratorKind::Path,
+        (IntegratorArg::Volpath, _) => IntegratorKind::VolPath,
+        (IntegratorArg::Simplevolpath, _) => IntegratorKind::SimpleVolPath,
         (IntegratorArg::Whitted, _) => crate::technique_args::whitted(),
         (IntegratorArg::Distribution, _) => crate::technique_args::distribution(),
         (IntegratorArg::Normals, _) => IntegratorKind::Normals,
@@ -116,6 +118,8 @@ pub(crate) fn sampler_name(kind: SamplerKind) -> &'static str {
 pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {
         IntegratorKind::Path => "path",
+        IntegratorKind::VolPath => "volpath",
+        IntegratorKind::SimpleVolPath => "simplevolpath",
         IntegratorKind::Whitted(_) => "whitted",
         IntegratorKind::Distribution(_) => "distribution",
         IntegratorKind::Normals => "normals",

@@ -119,6 +119,17 @@ impl Builder {
         primitive(Shape::Triangles(h), Transform::IDENTITY, material)
     }
 
+    /// Adds single triangles.
+    pub fn triangles(&mut self, all: &[[Point3; 3]], material: Handle<Material>) {
+        let mesh = TriangleMesh {
+            positions: all.iter().flatten().copied().collect(),
+            indices: (0..all.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..TriangleMesh::default()
+        };
+        let h = self.scene.triangle_meshes.push(mesh);
+        self.scene.primitives.push(primitive(Shape::Triangles(h), Transform::IDENTITY, material));
+    }
+
     /// Adds a quadrilateral.
     pub fn quad(&mut self, corners: [[f32; 3]; 4], material: Handle<Material>) {
         let p = self.quad_primitive(corners, material);

@@ -9,9 +9,10 @@ pub use build::{Builder, shining};
 pub use scenes::*;
 pub use vertex::{Vertex, Weights, add, scaled};
 
+use crate::measure::ErrorAt;
 use crate::parallel;
 use steradian_image::Image;
-use steradian_integrator::record::RayCounts;
+use steradian_integrator::record::{Counters, RayCounts, Record};
 use steradian_render::PixelSampler;
 use steradian_sampling::{Randomization, Sampler, SamplerKind, SamplerSettings};
 use steradian_scene::World;
@@ -70,31 +71,58 @@ pub fn average(
 
 /// The picture of the world's own integrator, with its rays.
 pub fn render_counted(world: &World, kind: SamplerKind, spp: u32, seed: u64, threads: usize) -> (Vec<Rgb>, RayCounts) {
+    let mut rays = RayCounts::default();
+    let all = render_recorded(world, kind, spp, seed, threads, RayCounts::default);
+    let keep = |(value, counts): (Rgb, RayCounts)| {
+        rays.merge(&counts);
+        value
+    };
+    (all.into_iter().map(keep).collect(), rays)
+}
+
+/// Rays, tests of boxes and tests of primitives that the world's own integrator takes.
+pub fn count_tests(world: &World, spp: u32, seed: u64, threads: usize) -> [u64; 3] {
+    let all = render_recorded(world, SamplerKind::Independent, spp, seed, threads, Counters::default);
+    all.iter().fold([0; 3], |[r, b, p], (_, c)| [r + c.rays.total(), b + c.box_tests, p + c.primitive_tests])
+}
+
+fn render_recorded<R: Record + Send>(
+    world: &World,
+    kind: SamplerKind,
+    spp: u32,
+    seed: u64,
+    threads: usize,
+    new: impl Fn() -> R + Sync,
+) -> Vec<(Rgb, R)> {
     let source = sampler(world, kind, spp, seed);
     let pixels = PixelSampler::new(world);
-    let all = per_pixel(world, threads, &source, |pixel, s| {
-        let mut counts = RayCounts::default();
+    per_pixel(world, threads, &source, |pixel, s| {
+        let mut record = new();
         let mut sum = [0.0; 3];
         for i in 0..spp {
-            let value = pixels.sample(s, pixel, i, &mut counts).rgb;
+            let value = pixels.sample(s, pixel, i, &mut record).rgb;
             sum = std::array::from_fn(|c| sum[c] + value[c]);
         }
-        (sum.map(|v| v / spp as f32), counts)
-    });
-    let mut rays = RayCounts::default();
-    let picture = all
-        .into_iter()
-        .map(|(value, counts)| {
-            rays.merge(&counts);
-            value
-        })
-        .collect();
-    (picture, rays)
+        (sum.map(|v| v / spp as f32), record)
+    })
 }
 
 /// The picture of the world's own integrator with independent samples.
 pub fn render_path(world: &World, spp: u32, seed: u64, threads: usize) -> Vec<Rgb> {
     render_counted(world, SamplerKind::Independent, spp, seed, threads).0
+}
+
+/// The squared error of a picture as a mean over its pixels, and how far that mean is known: the pixels scatter, and
+/// each has its own noise. Relative errors are over `b^2 + 0.01`.
+pub fn error_at(n: f64, a: &[Rgb], b: &[Rgb], relative: bool) -> ErrorAt {
+    let of_pixel = |(p, q): (&Rgb, &Rgb)| {
+        let square = |c: usize| {
+            let (d, r) = (f64::from(p[c] - q[c]), f64::from(q[c]));
+            d * d / if relative { r * r + 0.01 } else { 1.0 }
+        };
+        ((square(0) + square(1) + square(2)) / 3.0).sqrt()
+    };
+    ErrorAt::of(n, a.iter().zip(b).map(of_pixel))
 }
 
 /// Mean over pixels and channels of the squared difference.

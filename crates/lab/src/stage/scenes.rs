@@ -23,11 +23,22 @@ pub fn penumbra(size: [u32; 2], sampler: SamplerKind, area: bool) -> Builder {
     b.sphere(0.32, [1.05, 0.32, 0.1], ball);
     let (y, z, r) = (3.0, 3.0, 0.55);
     if area {
-        b.lamp([[-r, y, z - r], [-r, y, z + r], [r, y, z + r], [r, y, z - r]], 16.0);
+        b.lamp([[-r, y, z - r], [-r, y, z + r], [r, y, z + r], [r, y, z - r]], 45.0);
     } else {
-        b.point_light([0.0, y, z], 16.0 * 4.0 * r * r);
+        b.point_light([0.0, y, z], 45.0 * 4.0 * r * r);
     }
     b
+}
+
+/// An even floor under a wide lamp with a card on it: most of the noise is the lamp's.
+pub fn wide_lamp_world(size: [u32; 2]) -> Result<World, Error> {
+    let mut b = Builder::new(size, 1);
+    b.camera([0.0, 2.4, -4.2], [0.0, 0.25, 0.4], 38.0);
+    let grey = b.diffuse([0.6; 3]);
+    b.quad([[-6.0, 0.0, -6.0], [-6.0, 0.0, 6.0], [6.0, 0.0, 6.0], [6.0, 0.0, -6.0]], grey);
+    b.quad([[-0.9, 0.0, 0.5], [-0.9, 1.1, 0.5], [0.9, 1.1, 0.5], [0.9, 0.0, 0.5]], grey);
+    b.lamp([[-2.5, 2.6, 0.5], [-2.5, 2.6, 4.5], [2.5, 2.6, 4.5], [2.5, 2.6, 0.5]], 2.5);
+    Ok(b.build()?)
 }
 
 /// A box with coloured walls, a lamp under its ceiling, a ball and a block of glass.
@@ -88,7 +99,7 @@ pub fn glossy_world(size: [u32; 2]) -> Result<World, Error> {
     b.camera([0.0, 1.5, -5.0], [0.0, 0.55, 0.0], 30.0);
     let floor = b.diffuse([0.5, 0.5, 0.52]);
     b.quad([[-8.0, 0.0, -8.0], [-8.0, 0.0, 8.0], [8.0, 0.0, 8.0], [8.0, 0.0, -8.0]], floor);
-    for (x, alpha, rgb) in [(-1.25, 0.1, [0.9, 0.6, 0.5]), (0.0, 0.2, [0.85, 0.85, 0.85]), (1.25, 0.4, [0.6, 0.7, 0.9])]
+    for (x, alpha, rgb) in [(-1.25, 0.2, [0.9, 0.6, 0.5]), (0.0, 0.3, [0.85, 0.85, 0.85]), (1.25, 0.5, [0.6, 0.7, 0.9])]
     {
         let metal = b.metal(rgb, alpha);
         b.sphere(0.55, [x, 0.55, 0.0], metal);

@@ -46,7 +46,7 @@ pub struct Point<'w> {
     /// Shading frame.
     pub frame: Frame,
     /// Lobe.
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'w>,
     /// Towards the viewer, local.
     pub wo: Vec3,
     /// Emitted towards the viewer.
@@ -57,7 +57,7 @@ impl<'w> Vertex<'w> {
     /// Follows a ray to the next surface.
     pub fn trace(world: &'w World, ray: &Ray) -> Self {
         let mut w = Wavelengths::rgb();
-        let Some(hit) = world.intersect(ray) else { return Self::Sky(sky(world, ray.d, &w)) };
+        let Some(hit) = world.intersect(ray) else { return Self::Sky(sky(world, ray, &w)) };
         let mut surface = world.surface(ray, &hit);
         let emitted = rgb(world.emitted(&surface, &w));
         match world.shading(&mut surface, ray, None, &mut w) {
@@ -162,7 +162,7 @@ impl Point<'_> {
         let Some(hit) = self.world.intersect(&ray) else {
             let total = self.world.infinite_lights().iter().fold(Lanes::ZERO, |sum, &light| {
                 let other = if weights == Weights::None { 0.0 } else { self.world.light_pdf(&context, light, d, None) };
-                sum + self.world.environment(light, d, &w) * weights.of(pdf, other)
+                sum + self.world.environment(light, &ray, &w) * weights.of(pdf, other)
             });
             return rgb(throughput * total);
         };
@@ -179,8 +179,8 @@ impl Point<'_> {
     }
 }
 
-fn sky(world: &World, d: Vec3, w: &Wavelengths) -> Rgb {
-    rgb(world.infinite_lights().iter().fold(Lanes::ZERO, |sum, &light| sum + world.environment(light, d, w)))
+fn sky(world: &World, ray: &Ray, w: &Wavelengths) -> Rgb {
+    rgb(world.infinite_lights().iter().fold(Lanes::ZERO, |sum, &light| sum + world.environment(light, ray, w)))
 }
 
 /// The three lanes that mean something in RGB mode.

@@ -85,25 +85,21 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         Axis::log("relMSE"),
     );
     for (name, _, technique) in techniques {
-        let points: Vec<(f64, f64)> = counts
+        let points: Vec<ErrorAt> = counts
             .iter()
             .map(|&n| {
-                (
+                stage::error_at(
                     2.0 * f64::from(n),
-                    stage::rel_mse(width, &render(technique, n, SamplerKind::Independent, seed ^ 3), &truth),
+                    &render(technique, n, SamplerKind::Independent, seed ^ 3),
+                    &truth,
+                    true,
                 )
             })
             .collect();
         if matches!(technique, Technique::Both(_)) {
-            e.claim(Claim::within(
-                TOPIC,
-                format!("{name}: slope of the error over rays"),
-                -1.0,
-                plain_slope(&points),
-                [-1.2, -0.8],
-            ));
+            e.claim(Claim::falls(TOPIC, format!("{name}: slope of the error over rays"), -1.0, &points));
         }
-        figure = figure.with(name, Mark::LineDots, points);
+        figure = figure.with(name, Mark::LineDots, squares(&points));
     }
     e.figure(figure);
     e.result = format!(

@@ -25,7 +25,7 @@ mod supersampling;
 mod prelude {
     pub use crate::claim::{Claim, t_limit, z_limit};
     pub use crate::experiment::{Axis, Effort, Experiment, Figure, Mark, Setting, Table};
-    pub use crate::measure::{ErrorAt, Slope, curve, plain_slope, slope, variance_with_error};
+    pub use crate::measure::{ErrorAt, Slope, curve, plain_slope, slope, squares, variance_with_error};
     pub use crate::{Error, Topic};
     pub(crate) use crate::{paint, parallel, stage};
     pub use steradian_sampling::estimator::monte_carlo;

@@ -169,25 +169,21 @@ fn falling(e: &mut Experiment, world: &World, setting: &Setting, truth: &[Rgb]) 
     );
     for (name, method) in [("random", Method::Random), ("clumped", Method::Clumped), ("stratified", Method::Stratified)]
     {
-        let points: Vec<(f64, f64)> = counts
+        let points: Vec<ErrorAt> = counts
             .iter()
             .map(|&n| {
-                (
+                stage::error_at(
                     2.0 * f64::from(n),
-                    stage::mse(&render(world, setting, method, n, setting.seed_for(TOPIC, 3)).0, truth),
+                    &render(world, setting, method, n, setting.seed_for(TOPIC, 3)).0,
+                    truth,
+                    false,
                 )
             })
             .collect();
         if method == Method::Random {
-            e.claim(Claim::within(
-                TOPIC,
-                "random: slope of the squared error over rays",
-                -1.0,
-                plain_slope(&points),
-                [-1.12, -0.88],
-            ));
+            e.claim(Claim::falls(TOPIC, "random: slope of the squared error over rays", -1.0, &points));
         }
-        figure = figure.with(name, Mark::LineDots, points);
+        figure = figure.with(name, Mark::LineDots, squares(&points));
     }
     let brute: Vec<(f64, f64)> = [(1u32, 1u32), (2, 2), (2, 4), (4, 4), (4, 8)]
         .into_iter()

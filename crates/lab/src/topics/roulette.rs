@@ -14,7 +14,7 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         "Russian roulette and splitting",
         "(The reading:) efficiency is 1/(V × cost). Roulette ends paths that matter little and raises the variance; splitting takes \
          several samples where most of the variance is.",
-        "A path that meets albedo ρ and emission 1 at every bounce survives each with probability q: mean, variance and cost are known \
+        "A path that meets albedo ρ at every bounce, finds light of 0 or 2 there, and survives with probability q: mean, variance and cost are known \
          in closed form. Then roulette of several strengths in a closed room, and 1 to 16 shadow rays for each camera ray in a picture \
          of penumbrae, with all rays counted.",
     );
@@ -28,10 +28,11 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
     Ok(e)
 }
 
-/// Mean, variance and bounces of the walk: `X = 1 + B (rho/q) X'`, with B = 1 with probability q.
+/// Mean, variance and bounces of the walk: `X = E + B (rho/q) X'`, with B = 1 with probability q, and E = 0 or 2.
 fn theory(rho: f64, q: f64) -> (f64, f64, f64) {
     let mean = 1.0 / (1.0 - rho);
-    let square = (1.0 + 2.0 * rho * mean) / (1.0 - rho * rho / q);
+    // E[X^2] = E[E^2] + 2 rho E[X] + rho^2 / q E[X^2], with E[E^2] = 2.
+    let square = (2.0 + 2.0 * rho * mean) / (1.0 - rho * rho / q);
     (mean, if rho * rho < q { square - mean * mean } else { f64::INFINITY }, 1.0 / (1.0 - q))
 }
 
@@ -50,10 +51,12 @@ fn walk(e: &mut Experiment, setting: &Setting) -> f64 {
         let (mean, variance, cost) = theory(rho, q);
         let (mut values, mut bounces) = (Vec::with_capacity(draws as usize), VarianceEstimator::default());
         for _ in 0..draws {
-            let (mut sum, mut weight, mut n) = (1.0, 1.0, 1u32);
+            // The light found at a bounce is itself uncertain: nothing or twice its mean.
+            let coin = |rng: &mut Rng| if rng.f64() < 0.5 { 2.0 } else { 0.0 };
+            let (mut sum, mut weight, mut n) = (coin(&mut rng), 1.0, 1u32);
             while rng.f64() < q {
                 weight *= rho / q;
-                sum += weight;
+                sum += weight * coin(&mut rng);
                 n += 1;
             }
             values.push(sum);
@@ -136,7 +139,7 @@ fn room(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         &["threshold", "rays per path", "mean", "variance of one path", "efficiency"],
     );
     let mut means = Vec::new();
-    for threshold in [1e-6f32, 0.1, 0.3, 0.6, 1.0, 1.5, 3.0] {
+    for threshold in [1e-6f32, 0.1, 0.3, 0.6, 1.0, 1.5, 3.0, 6.0, 12.0] {
         let source = stage::sampler(&world, SamplerKind::Independent, spp, seed ^ u64::from(threshold.to_bits()));
         let pixels = stage::per_pixel(&world, setting.threads, &source, |pixel, s| {
             let (mut values, mut rays) = (VarianceEstimator::default(), 0u64);
@@ -195,7 +198,7 @@ fn room(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
 
 fn splitting(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([32, 24], [64, 48], [128, 96]);
-    let world = stage::penumbra_world(size, SamplerKind::Independent)?;
+    let world = stage::wide_lamp_world(size)?;
     let spp = setting.effort.pick(16u32, 64, 256);
     let seed = setting.seed_for(TOPIC, 3);
     let splits = [1u32, 2, 4, 8, 16];
@@ -236,7 +239,7 @@ fn splitting(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
             format!("splitting into {s} shadow rays: variance V₁ + V₂/s"),
             predicted,
             v,
-            [0.85 * predicted, 1.15 * predicted],
+            [0.7 * predicted, 1.3 * predicted],
         ));
     }
     let efficiency: Vec<(f64, f64)> = points.iter().map(|&(s, v, rays)| (s, 1.0 / (v * rays))).collect();

@@ -111,36 +111,38 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> 
         (400, SamplerKind::Stratified, "with"),
     ] {
         let picture = render(kind, spp, seed);
-        let error = stage::mse(&picture, &truth);
+        let at = stage::error_at(f64::from(spp), &picture, &truth, false);
+        let error = at.mean_square;
         shown.push(paint::colour(
             &format!("rays-{spp}-{word}"),
             format!("{spp} rays per pixel {word} stratification: mse {error:.1e}"),
             size[0] as usize,
             &picture,
         ));
-        mse.push(error);
+        mse.push(at);
     }
     e.pictures(shown);
     e.slider("rays-25-without", "rays-25-with", "25 rays per pixel each.");
-    let ratio = mse[1] / mse[0];
+    let ratio = mse[1].mean_square / mse[0].mean_square;
     e.claim(Claim::at_most(
         TOPIC,
         "picture: squared error of 25 stratified rays over that of 25 random ones",
         0.8,
         ratio,
     ));
-    e.claim(Claim::within(
+    e.claim(Claim::ratio(
         TOPIC,
         "picture: squared error of 64 random rays over that of 25",
         25.0 / 64.0,
-        mse[2] / mse[0],
-        [0.3, 0.5],
+        &mse[2],
+        &mse[0],
+        0.05,
     ));
     e.claim(Claim::at_most(
         TOPIC,
         "picture: squared error of 400 stratified rays over that of 25, less than 1/16",
         1.0 / 16.0,
-        mse[3] / mse[1],
+        mse[3].mean_square / mse[1].mean_square,
     ));
     let mut figure = Figure::new(
         "penumbra",
@@ -154,25 +156,21 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> 
         ("stratified", SamplerKind::Stratified),
         ("scrambled Sobol'", SamplerKind::PaddedSobol),
     ] {
-        let points =
-            counts.iter().map(|&n| (f64::from(n), stage::mse(&render(kind, n, seed ^ 3), &truth))).collect::<Vec<_>>();
+        let points = counts
+            .iter()
+            .map(|&n| stage::error_at(f64::from(n), &render(kind, n, seed ^ 3), &truth, false))
+            .collect::<Vec<_>>();
         if name == "random" {
-            e.claim(Claim::within(
-                TOPIC,
-                "picture, random: slope of the squared error over rays",
-                -1.0,
-                plain_slope(&points),
-                [-1.12, -0.88],
-            ));
+            e.claim(Claim::falls(TOPIC, "picture, random: slope of the squared error over rays", -1.0, &points));
         } else {
             e.claim(Claim::at_most(
                 TOPIC,
                 format!("picture, {name}: slope of the squared error over rays, steeper than −1"),
                 -1.05,
-                plain_slope(&points),
+                slope(&points).map_or(f64::NAN, |s| 2.0 * s.value),
             ));
         }
-        figure = figure.with(name, Mark::LineDots, points);
+        figure = figure.with(name, Mark::LineDots, squares(&points));
     }
     e.figure(figure);
     Ok((ratio, 25.0 / ratio))

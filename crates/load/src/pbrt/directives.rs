@@ -1,13 +1,14 @@
 //! What each directive does to the state, or which part of the loader it goes to.
 
+use super::media::placeholder;
 use super::names::defined_twice;
 use super::params::{Inherited, Params};
 use super::state::{LIGHT, MATERIAL, MEDIUM, SHAPE, TARGETS, TEXTURE};
 use super::{Block, Loader, MOST_BLOCKS};
 use std::rc::Rc;
 use steradian_math::{Point3, Transform, Vec3};
-use steradian_scene::{Instance, Medium, Object};
-use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
+use steradian_scene::{Instance, Object};
+use steradian_spectrum::ColorSpace;
 use steradian_syntax::{Diagnostic, Directive, Kind, Span, did_you_mean};
 
 impl Loader<'_> {
@@ -294,7 +295,7 @@ impl Loader<'_> {
         let mut side = |i: usize| {
             let name = d.text(i);
             let media = &mut self.scene.media;
-            (!name.is_empty()).then(|| self.media.used(name, d.arg_span(i), media, || placeholder_medium(name)))
+            (!name.is_empty()).then(|| self.media.used(name, d.arg_span(i), media, || placeholder(name)))
         };
         let inside = side(0);
         let outside = if d.args.len() > 1 { side(1) } else { inside };
@@ -307,10 +308,4 @@ impl Loader<'_> {
         self.state.active = [true; 2];
         self.coordinate_systems.insert("world".into(), self.state.ctm);
     }
-}
-
-/// What stands for a medium until its definition is read.
-pub(super) fn placeholder_medium(name: &str) -> Medium {
-    let one = Spectrum::constant(1.0, SpectrumUse::Unbounded);
-    Medium { name: name.to_string(), g: 0.0, sigma_a: one.clone(), sigma_s: one, scale: 1.0, emission: None }
 }

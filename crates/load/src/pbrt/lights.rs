@@ -348,7 +348,7 @@ fn white(space: ColorSpace) -> Spectrum {
 }
 
 /// The photometric value that a light's scale is divided by; a light that cannot be seen is an error.
-fn positive_photometric(p: &mut Params, name: &str, spectrum: &Spectrum) -> Option<f32> {
+pub(super) fn positive_photometric(p: &mut Params, name: &str, spectrum: &Spectrum) -> Option<f32> {
     let value = spectrum.photometric();
     if value > 0.0 {
         return Some(value);

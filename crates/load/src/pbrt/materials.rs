@@ -4,9 +4,11 @@ use super::Loader;
 use super::images::ImageUse;
 use super::names::defined_twice;
 use super::params::Params;
+use crate::files::read_all;
+use crate::tensor::measured_material;
 use steradian_image::{Encoding, Lookup, Wrap};
 use steradian_scene::{
-    Coat, FloatInput, Handle, Ior, Material, Metal, Roughness, Scattering, Scene, SpectrumTexture, Texture,
+    Coat, FloatInput, HairColor, Handle, Ior, Material, Metal, Roughness, Scattering, Scene, SpectrumTexture, Texture,
 };
 use steradian_spectrum::{Spectrum, SpectrumUse, named};
 use steradian_syntax::{Diagnostic, Directive, ParamType, Span, Values, did_you_mean};
@@ -96,7 +98,8 @@ impl Loader<'_> {
             let PendingMaterial { handle, name, kind, mut params } = pending;
             let scattering = self.scattering(&kind, &mut params, &built);
             let mut material = Material { name, scattering, displacement: None, normal_map: None };
-            if !matches!(material.scattering, Scattering::Mix { .. } | Scattering::Interface) {
+            if !matches!(material.scattering, Scattering::Mix { .. } | Scattering::Hair { .. } | Scattering::Interface)
+            {
                 material.displacement = self.maybe_float_texture(&mut params, "displacement");
                 if let Some((file, span)) = params.string("normalmap") {
                     let usage = ImageUse {
@@ -155,13 +158,21 @@ impl Loader<'_> {
                     ["interface.roughness", "interface.uroughness", "interface.vroughness"],
                 ),
             },
+            "hair" => Scattering::Hair {
+                color: self.hair_color(p),
+                eta: self.float_texture(p, "eta", 1.55),
+                beta_m: self.float_texture(p, "beta_m", 0.3),
+                beta_n: self.float_texture(p, "beta_n", 0.3),
+                alpha: self.float_texture(p, "alpha", 2.0),
+            },
+            "measured" => self.measured(p),
             "mix" => self.mix(p, built),
             "interface" => Scattering::Interface,
             "none" | "" => {
                 p.warning(format!("material \"{kind}\" is deprecated; write \"interface\""), None);
                 Scattering::Interface
             }
-            "hair" | "measured" | "subsurface" => {
+            "subsurface" => {
                 p.warning(format!("the `{kind}` material is not supported yet; `diffuse` is used instead"), None);
                 let name = if p.has("color") && !p.has("reflectance") { "color" } else { "reflectance" };
                 let reflectance = self.spectrum_texture(p, name, albedo, 0.5);
@@ -235,6 +246,63 @@ impl Loader<'_> {
             g: self.float_texture(p, "g", 0.0),
             max_depth: p.int_in("maxdepth", 10, 1..=10_000) as u32,
             samples: p.int_in("nsamples", 1, 1..=10_000) as u32,
+        }
+    }
+
+    /// Whichever quantity is given first in the order of absorption, colour, pigments; the others are then idle.
+    fn hair_color(&mut self, p: &mut Params) -> HairColor {
+        let absorption = self.maybe_spectrum_texture(p, "sigma_a", SpectrumUse::Unbounded);
+        let reflectance = self.maybe_spectrum_texture(p, "reflectance", SpectrumUse::Albedo);
+        let color = self.maybe_spectrum_texture(p, "color", SpectrumUse::Albedo);
+        let eumelanin = self.maybe_float_texture(p, "eumelanin");
+        let pheomelanin = self.maybe_float_texture(p, "pheomelanin");
+        let given = [
+            ("sigma_a", absorption.is_some()),
+            ("reflectance", reflectance.is_some()),
+            ("color", color.is_some()),
+            ("eumelanin", eumelanin.is_some()),
+            ("pheomelanin", pheomelanin.is_some()),
+        ];
+        let used = given.iter().find(|g| g.1).map_or("", |g| g.0);
+        for (name, _) in given.iter().filter(|g| g.1 && g.0 != used && !(used == "eumelanin" && g.0 == "pheomelanin")) {
+            let span = p.span_of(name);
+            p.warning(format!("`{name}` of {} is ignored, since `{used}` is given", p.what()), span);
+        }
+        if let Some(sigma_a) = absorption {
+            return HairColor::Absorption(sigma_a);
+        }
+        if let Some(color) = reflectance.or(color) {
+            return HairColor::Reflectance(color);
+        }
+        // Brown, if nothing is said.
+        let brown = if used.is_empty() { 1.3 } else { 0.0 };
+        HairColor::Melanin {
+            eumelanin: eumelanin.unwrap_or_else(|| self.float_constant(brown)),
+            pheomelanin: pheomelanin.unwrap_or_else(|| self.float_constant(0.0)),
+        }
+    }
+
+    fn measured(&mut self, p: &mut Params) -> Scattering {
+        let Some((name, span)) = p.string("filename") else {
+            p.error(format!("{} needs a `string filename`", p.what()), None);
+            return Scattering::Interface;
+        };
+        if let Some(&known) = self.measured.get(&name) {
+            return Scattering::Measured(known);
+        }
+        let path = self.resolve(&name);
+        let read = read_all(self.files, &path)
+            .and_then(|bytes| measured_material(&bytes).map_err(|e| format!("{}: {e}", path.display())));
+        match read {
+            Ok(tables) => {
+                let handle = self.scene.measured.push(tables);
+                self.measured.insert(name, handle);
+                Scattering::Measured(handle)
+            }
+            Err(message) => {
+                p.error(message, span);
+                Scattering::Interface
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! pbrt-v4 scene text to `Scene`: directives in order, one graphics state, names resolved at the end.
 
+mod curves;
 mod directives;
 mod images;
 mod lights;
@@ -23,6 +24,7 @@ use state::{State, Transforms};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
+use steradian_bsdf::MeasuredMaterial;
 use steradian_scene::{Handle, Material, Medium, Object, Scene};
 use steradian_spectrum::{Spectrum, SpectrumUse};
 use steradian_syntax::{Diagnostic, Directive, FileId, Parser, Severity, SourceMap, Span};
@@ -146,6 +148,7 @@ struct Loader<'a> {
     emitters: Vec<(Option<Handle<Object>>, usize, Span)>,
     spectrum_files: BTreeMap<(String, UseKey), Spectrum>,
     images: Vec<LoadedImage>,
+    measured: BTreeMap<String, Handle<MeasuredMaterial>>,
     /// The files that are being read, outermost first.
     including: Vec<(PathBuf, FileId)>,
     included: BTreeMap<PathBuf, FileId>,
@@ -190,6 +193,7 @@ impl<'a> Loader<'a> {
             emitters: Vec::new(),
             spectrum_files: BTreeMap::new(),
             images: Vec::new(),
+            measured: BTreeMap::new(),
             including: Vec::new(),
             included: BTreeMap::new(),
             includes: 0,

@@ -290,6 +290,16 @@ impl Params {
         self.take_groups(name, &[ParamType::Vector3], Vec3::from_array)
     }
 
+    /// A list of `rgb`s, moved out.
+    pub fn take_rgbs(&mut self, name: &'static str) -> Option<(Vec<[f32; 3]>, Span)> {
+        self.take_groups(name, &[ParamType::Rgb], |rgb| rgb)
+    }
+
+    /// The colour space of the entity's own RGB values.
+    pub fn color_space(&self) -> ColorSpace {
+        self.color_space
+    }
+
     /// A list of `point2`s, moved out.
     pub fn take_points2(&mut self, name: &'static str) -> Option<(Vec<Point2>, Span)> {
         self.take_groups(name, &[ParamType::Point2], Point2::from_array)

@@ -29,7 +29,7 @@ pub(super) fn default_settings() -> RenderSettings {
         film: FilmSettings::new(1280, 720),
         filter: gaussian(),
         sampler: SamplerSettings { kind: SamplerKind::ZSobol, ..SamplerSettings::default() },
-        integrator: IntegratorSettings::default(),
+        integrator: IntegratorSettings { kind: IntegratorKind::VolPath, ..IntegratorSettings::default() },
         color: ColorMode::Spectral,
         disable_pixel_jitter: false,
         disable_wavelength_jitter: false,
@@ -325,6 +325,7 @@ impl Loader<'_> {
         let mut settings = IntegratorSettings::default();
         match kind.as_str() {
             "path" | "volpath" => {
+                settings.kind = if kind == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
                 settings.light_selection = p.choice(
                     "lightsampler",
                     &[
@@ -344,6 +345,12 @@ impl Loader<'_> {
             "ambientocclusion" => {
                 let (cosine, max_distance) = (p.boolean("cossample", true), p.float("maxdistance", f32::INFINITY));
                 settings.kind = IntegratorKind::AmbientOcclusion { cosine, max_distance };
+            }
+            "simplevolpath" => {
+                settings.kind = IntegratorKind::SimpleVolPath;
+                if self.scene.lights.iter().any(|l| !l.has_extent()) {
+                    p.error("the `simplevolpath` integrator finds lights by chance, and so never a point, spot or distant light", None);
+                }
             }
             // Both are the path tracer with techniques taken away. Where pbrt leaves Dirac lobes black when it draws
             // directions without regard for them, they are followed here.
@@ -367,7 +374,7 @@ impl Loader<'_> {
                     ..Techniques::default()
                 };
             }
-            "simplevolpath" | "lightpath" | "bdpt" | "mlt" | "sppm" => {
+            "lightpath" | "bdpt" | "mlt" | "sppm" => {
                 p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
                 settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
                 p.accept_all();

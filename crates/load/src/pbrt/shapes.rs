@@ -1,6 +1,7 @@
 //! Shapes: geometry in object space, with what the graphics state puts on it.
 
 use super::Loader;
+use super::curves::curves;
 use super::params::Params;
 use crate::files::read_all;
 use crate::ply;
@@ -26,12 +27,7 @@ impl Loader<'_> {
             "disk" => disk(p),
             "cylinder" => cylinder(p),
             "loopsubdiv" => self.subdivision(p),
-            "curve" => {
-                let span = p.span;
-                p.accept_all();
-                self.warning_once("`curve` shapes are not supported yet; they are left out", span);
-                Vec::new()
-            }
+            "curve" => curves(p),
             _ => {
                 let span = p.span;
                 p.accept_all();
@@ -52,6 +48,9 @@ impl Loader<'_> {
         if light.is_some() && self.object.is_some() {
             params.warning("area lights do not work inside objects; this shape does not emit", None);
             light = None;
+        }
+        if light.is_some() && shapes.iter().any(|s| matches!(s, Shape::Curves(_))) {
+            params.warning("light from curves is found by chance only, and so is noisy", None);
         }
         if light.is_some() && animated {
             params.error("a moving shape cannot emit light", None);

@@ -2,12 +2,14 @@
 //! and the running variance of a stream of numbers.
 
 mod alias_table;
+mod conditional_2d;
 mod piecewise_1d;
 mod piecewise_2d;
 mod summed_area;
 mod variance;
 
 pub use alias_table::{AliasBin, AliasTable};
+pub use conditional_2d::{BilinearTable, ConditionalBilinear2D, Slices, SquareSample};
 pub use piecewise_1d::{ContinuousSample, DiscreteSample, Piecewise1D};
 pub use piecewise_2d::Piecewise2D;
 pub use summed_area::{SummedAreaTable, WindowedPiecewise2D};

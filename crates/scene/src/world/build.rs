@@ -2,6 +2,7 @@
 
 use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
+use super::medium::{build_media, needs_one_wavelength};
 use super::{World, WorldInstance};
 use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
 use steradian_geometry::PreparedTriangle;
@@ -115,6 +116,7 @@ impl World {
         let bounds = groups[0].accel.bounds();
 
         let pyramids = pyramids(&scene)?;
+        let media = build_media(&scene, primitives.iter().chain(objects.iter().flatten()))?;
         let settings = &scene.settings;
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
         let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
@@ -128,6 +130,8 @@ impl World {
             uses_footprints,
             area_lights: Vec::new(),
             lights: Lights::default(),
+            needs_one_wavelength: needs_one_wavelength(&scene, &media),
+            media,
             bounds,
             scene,
         };
@@ -163,7 +167,12 @@ impl World {
                 continue;
             }
             let emission = self.area_lights.len() as u32;
-            self.groups[group].primitives[i].first_light = Some(emitters.len() as u32);
+            let record = &mut self.groups[group].primitives[i];
+            if matches!(p.shape, Shape::Curves(_)) {
+                record.unsampled_emission = Some((emission, light.scale));
+            } else {
+                record.first_light = Some(emitters.len() as u32);
+            }
             let shapes: Vec<EmitterShape> = match &p.shape {
                 Shape::Triangles(h) => (0..self.scene.triangle_meshes[*h].indices.len())
                     .map(|f| EmitterShape::Triangle(*h, f as u32))
@@ -172,6 +181,7 @@ impl World {
                     .map(|f| EmitterShape::Patch(*h, f as u32))
                     .collect(),
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
+                Shape::Curves(_) => Vec::new(),
             };
             for shape in shapes {
                 let scale = self.emission_scale(light, &shape);

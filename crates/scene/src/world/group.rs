@@ -1,7 +1,7 @@
 //! The geometry of the world, or of one instanced object: a tree over its primitives and what they refer to.
 
-use crate::{Error, FloatTexture, Handle, Material, Primitive, Scattering, Scene, Shape};
-use steradian_geometry::{Accel, InputTriangle, PlacedQuadric, Quadric};
+use crate::{Error, FloatTexture, Handle, Material, MediumInterface, Primitive, Scattering, Scene, Shape};
+use steradian_geometry::{Accel, CurveSet, InputTriangle, PlacedQuadric, Quadric};
 use steradian_math::Bounds3;
 
 /// What a primitive is, once built.
@@ -9,6 +9,8 @@ use steradian_math::Bounds3;
 pub(super) struct PrimitiveRecord {
     pub material: Handle<Material>,
     pub alpha: Option<Handle<FloatTexture>>,
+    /// The media that it separates, if it does.
+    pub media: Option<MediumInterface>,
     /// Index of its mesh, if it is one.
     pub mesh: u32,
     /// The group's number of its first triangle.
@@ -22,8 +24,20 @@ pub(super) struct PrimitiveRecord {
 /// Something in the tree that is not a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Other {
-    Quadric { primitive: u32, index: u32 },
-    Patch { primitive: u32, face: u32 },
+    Quadric {
+        primitive: u32,
+        index: u32,
+    },
+    Patch {
+        primitive: u32,
+        face: u32,
+    },
+    /// `set` is an index into the group's curve sets.
+    Curve {
+        primitive: u32,
+        set: u32,
+        piece: u32,
+    },
     Instance(u32),
 }
 
@@ -35,6 +49,7 @@ pub(super) struct Group {
     pub primitive_of_triangle: Vec<u32>,
     pub others: Vec<Other>,
     pub quadrics: Vec<PlacedQuadric>,
+    pub curves: Vec<CurveSet>,
 }
 
 /// How often each mesh is used, triangles and bilinear ones.
@@ -51,7 +66,7 @@ impl MeshUses {
             match &p.shape {
                 Shape::Triangles(h) => uses.triangles[h.index()] += 1,
                 Shape::Bilinear(h) => uses.bilinear[h.index()] += 1,
-                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {}
+                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) => {}
             }
         }
         uses
@@ -90,8 +105,8 @@ pub(super) fn place_meshes(scene: &mut Scene, primitives: &mut [Primitive], uses
                     }
                 }
             }
-            // Quadrics keep their transform: they are intersected in their own space.
-            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => {
+            // Quadrics and curves keep their transform: they are intersected in their own space.
+            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) => {
                 p.world_from_object = t;
                 p.reverse_orientation = reverse;
             }
@@ -100,10 +115,11 @@ pub(super) fn place_meshes(scene: &mut Scene, primitives: &mut [Primitive], uses
     Ok(())
 }
 
-/// Whether rays pass through a primitive as if it were not there: nothing to scatter, to emit, or to bound a medium.
+/// Whether rays pass through a primitive as if it were not there: nothing to scatter, to emit, or to bound a medium that
+/// the integrator sees.
 fn is_invisible(scene: &Scene, p: &Primitive) -> bool {
     matches!(scene.materials[p.material].scattering, Scattering::Interface)
-        && p.media.is_none()
+        && (p.media.is_none() || !scene.settings.integrator.kind.sees_media())
         && p.area_light.is_none()
 }
 
@@ -112,12 +128,14 @@ impl Group {
     pub fn build(scene: &Scene, primitives: &[Primitive], instances: &[(u32, Bounds3)]) -> Result<Self, Error> {
         let mut records = Vec::with_capacity(primitives.len());
         let mut primitive_of_triangle = Vec::new();
-        let (mut triangles, mut others, mut bounds, mut quadrics) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut triangles, mut others, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut quadrics, mut curves) = (Vec::new(), Vec::new());
         for (i, p) in primitives.iter().enumerate() {
             let i = i as u32;
             let mut record = PrimitiveRecord {
                 material: p.material,
                 alpha: p.alpha,
+                media: p.media,
                 mesh: 0,
                 first_triangle: triangles.len() as u32,
                 first_light: None,
@@ -136,6 +154,16 @@ impl Group {
                 Shape::Sphere(s) => quadric(Quadric::Sphere(*s)),
                 Shape::Disk(d) => quadric(Quadric::Disk(*d)),
                 Shape::Cylinder(c) => quadric(Quadric::Cylinder(*c)),
+                Shape::Curves(c) => {
+                    let placed = CurveSet::new(c.clone(), &p.world_from_object, p.reverse_orientation);
+                    if shown {
+                        for piece in 0..placed.len() as u32 {
+                            others.push(Other::Curve { primitive: i, set: curves.len() as u32, piece });
+                            bounds.push(placed.bounds(piece));
+                        }
+                    }
+                    curves.push(placed);
+                }
                 Shape::Triangles(handle) => {
                     record.mesh = handle.index() as u32;
                     let mesh = &scene.triangle_meshes[*handle];
@@ -168,7 +196,7 @@ impl Group {
             }
         }
         let accel = Accel::build(&triangles, &bounds)?;
-        Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics })
+        Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics, curves })
     }
 
     /// Bytes of the tree and the tables, not of the meshes.
@@ -178,5 +206,6 @@ impl Group {
             + size_of_val(self.primitive_of_triangle.as_slice())
             + size_of_val(self.others.as_slice())
             + size_of_val(self.quadrics.as_slice())
+            + self.curves.iter().map(CurveSet::byte_size).sum::<usize>()
     }
 }

@@ -4,6 +4,7 @@ mod build;
 mod camera;
 mod group;
 mod light;
+mod medium;
 mod noise;
 mod shading;
 mod surface;
@@ -12,6 +13,7 @@ mod texture;
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{LightContext, LightPoint, LightSample};
 pub(crate) use light::{mean_intensity, projected_luminance};
+pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::TextureContext;
@@ -19,6 +21,7 @@ pub use texture::TextureContext;
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
+use medium::BuiltMedium;
 use steradian_geometry::{HitKind, NoTally, Tally};
 use steradian_image::Pyramid;
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
@@ -51,6 +54,8 @@ pub struct World {
     camera: CameraModel,
     area_lights: Vec<AreaLight>,
     lights: Lights,
+    media: Vec<BuiltMedium>,
+    needs_one_wavelength: bool,
     bounds: Bounds3,
     has_motion: bool,
     uses_footprints: bool,
@@ -65,7 +70,7 @@ pub struct Census {
     pub triangles: usize,
     /// Triangles as the camera could see them: counted for every instance.
     pub instanced_triangles: usize,
-    /// Quadrics and patches.
+    /// Quadrics, patches, and pieces of curves.
     pub other_shapes: usize,
     /// Instances after flattening.
     pub instances: usize,
@@ -79,6 +84,8 @@ pub struct Census {
     pub mesh_bytes: usize,
     /// Bytes of pictures and their pyramids.
     pub image_bytes: usize,
+    /// Bytes of the grids of media.
+    pub medium_bytes: usize,
 }
 
 impl World {
@@ -149,6 +156,7 @@ impl World {
                 .sum(),
             image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
                 + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+            medium_bytes: self.medium_bytes(),
         }
     }
 
@@ -242,6 +250,18 @@ impl World {
                     }
                 }
                 let shape = HitShape::Patch { primitive, face, u: hit.u, v: hit.v };
+                Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
+            }
+            Other::Curve { primitive, set, piece } => {
+                let curves = &group.curves[set as usize];
+                let hit = curves.intersect(piece, ray)?;
+                if group.primitives[primitive as usize].alpha.is_some() {
+                    let p = curves.interaction(piece, ray, &hit);
+                    if !self.is_there(group, primitive, piece, &p) {
+                        return None;
+                    }
+                }
+                let shape = HitShape::Curve { primitive, set, piece, hit };
                 Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
             }
         }

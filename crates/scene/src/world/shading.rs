@@ -3,23 +3,23 @@
 use super::World;
 use super::surface::Surface;
 use super::texture::TextureContext;
-use crate::material::{Coat, Ior, Material, Metal, Roughness, Scattering};
+use crate::material::{Coat, HairColor, Ior, Material, Metal, Roughness, Scattering};
 use crate::{FloatTexture, Handle, TextureImage};
 use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
-    index_of_reflectance,
+    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, Measured, ThinDielectric,
+    TrowbridgeReitz, index_of_reflectance,
 };
 use steradian_math::{Frame, Point2, Ray, RayDifferential, Vec2, Vec3};
 use steradian_sampling::rng::{hash_combine, hash_floats, unit_f32};
-use steradian_spectrum::{Lanes, Wavelengths};
+use steradian_spectrum::{ColorSpace, Lanes, Wavelengths};
 
 /// A lobe and the frame it is written in.
 #[derive(Clone, Copy, Debug)]
-pub struct Shading {
+pub struct Shading<'w> {
     /// Shading frame in world space: z is the shading normal, x lies along dp/du.
     pub frame: Frame,
     /// The lobe.
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'w>,
 }
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
         ray: &Ray,
         differential: Option<&RayDifferential>,
         wavelengths: &mut Wavelengths,
-    ) -> Option<Shading> {
+    ) -> Option<Shading<'_>> {
         let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
         let mut material = &self.scene.materials[record.material];
         if self.uses_footprints {
@@ -141,7 +141,7 @@ impl World {
         (s.dpdu + n * u + s.dndu.to_vec() * here, s.dpdv + n * v + s.dndv.to_vec() * here)
     }
 
-    fn bsdf(&self, material: &Material, c: &TextureContext, w: &mut Wavelengths) -> Option<Bsdf> {
+    fn bsdf(&self, material: &Material, c: &TextureContext, w: &mut Wavelengths) -> Option<Bsdf<'_>> {
         Some(match &material.scattering {
             Scattering::Diffuse { reflectance } => {
                 Diffuse::new(self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0)).into()
@@ -171,8 +171,31 @@ impl World {
                 let base = Conductor::new(self.microfacets(roughness, c), eta * relative, k * relative);
                 Bsdf::CoatedConductor(Layered::new(interface, base, coating))
             }
+            Scattering::Hair { color, eta, beta_m, beta_n, alpha } => {
+                let of = |t| self.float_texture(t, c);
+                let around = of(*beta_n);
+                let sigma_a = self.hair_absorption(color, around, c, w);
+                // The curve's second coordinate runs across it.
+                let h = 2.0 * c.uv.y - 1.0;
+                Hair::new(h, of(*eta), sigma_a, of(*beta_m), around, of(*alpha)).into()
+            }
+            Scattering::Measured(tables) => Measured::new(&self.scene.measured[*tables], w).into(),
             Scattering::Mix { .. } | Scattering::Interface => return None,
         })
+    }
+
+    fn hair_absorption(&self, color: &HairColor, beta_n: f32, c: &TextureContext, w: &Wavelengths) -> Lanes {
+        match color {
+            HairColor::Absorption(sigma_a) => self.spectrum_texture(*sigma_a, c, w),
+            HairColor::Reflectance(color) => {
+                Hair::absorption_of_reflectance(self.spectrum_texture(*color, c, w), beta_n)
+            }
+            HairColor::Melanin { eumelanin, pheomelanin } => {
+                let rgb =
+                    Hair::absorption_of_melanin(self.float_texture(*eumelanin, c), self.float_texture(*pheomelanin, c));
+                ColorSpace::Srgb.unbounded_lanes(rgb, w)
+            }
+        }
     }
 
     fn metal(&self, metal: &Metal, c: &TextureContext, w: &Wavelengths) -> (Lanes, Lanes) {

@@ -5,7 +5,7 @@ use super::light::LightSample;
 use crate::Handle;
 use std::ops::Deref;
 use steradian_bsdf::{LobeSample, Lobes};
-use steradian_geometry::{QuadricHit, SurfaceHit};
+use steradian_geometry::{CurveHit, QuadricHit, SurfaceHit};
 use steradian_math::{Frame, Ray, RayDifferential, Transform, Vec2, Vec3, difference_of_products, offset_ray_origin};
 
 /// What intersection remembers of the nearest hit: enough to work out the rest once.
@@ -25,6 +25,7 @@ pub(super) enum HitShape {
     Triangle { id: u32, b1: f32, b2: f32 },
     Patch { primitive: u32, face: u32, u: f32, v: f32 },
     Quadric { primitive: u32, index: u32, hit: QuadricHit },
+    Curve { primitive: u32, set: u32, piece: u32, hit: CurveHit },
 }
 
 /// The size of a sample on the surface: how position and coordinates change to the next sample in x and in y.
@@ -166,6 +167,14 @@ impl World {
             }
             HitShape::Quadric { primitive, index, hit } => {
                 (primitive, 0, [0.0; 2], group.quadrics[index as usize].interaction(&hit))
+            }
+            HitShape::Curve { primitive, set, piece, hit: curve } => {
+                let local = match hit.group {
+                    0 => *ray,
+                    _ => self.instances[hit.instance as usize].world_from_object.at(ray.time).inverse().ray(ray),
+                };
+                let p = group.curves[set as usize].interaction(piece, &local, &curve);
+                (primitive, 0, [curve.u, curve.v], p)
             }
         };
         let instance = (hit.group != 0).then_some(hit.instance);

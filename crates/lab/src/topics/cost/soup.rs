@@ -68,26 +68,32 @@ pub struct Spent {
 
 const ALBEDO: f64 = 0.5;
 
+/// The walls of a room, and small triangles in its lower half until there are `n`.
+pub fn clutter(n: usize, seed: u64) -> Vec<[Point3; 3]> {
+    let corner = |i: usize| {
+        let pick = |bit: usize| if i >> bit & 1 == 0 { -1.0f32 } else { 1.0 };
+        Point3::new(pick(0), pick(1), pick(2))
+    };
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let mut triangles: Vec<[Point3; 3]> = faces
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[corner(a), corner(b), corner(c)], [corner(a), corner(c), corner(d)]])
+        .collect();
+    let mut rng = Rng::new(seed, 1);
+    // Clutter on the lower half, smaller the more there is.
+    let size = 0.5 / (n as f32).sqrt();
+    while triangles.len() < n {
+        let c = Point3::new(1.8 * rng.f32() - 0.9, 0.9 * rng.f32() - 0.95, 1.8 * rng.f32() - 0.9);
+        let mut near = || c + Vec3::new(rng.f32() - 0.5, rng.f32() - 0.5, rng.f32() - 0.5) * (4.0 * size);
+        triangles.push([near(), near(), near()]);
+    }
+    triangles
+}
+
 impl Soup {
     /// A room of `n` triangles with `lamps` lamps under its ceiling. `None` if the tree cannot be built.
     pub fn new(n: usize, lamps: usize, seed: u64) -> Option<Self> {
-        let corner = |i: usize| {
-            let pick = |bit: usize| if i >> bit & 1 == 0 { -1.0f32 } else { 1.0 };
-            Point3::new(pick(0), pick(1), pick(2))
-        };
-        let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-        let mut triangles: Vec<[Point3; 3]> = faces
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[corner(a), corner(b), corner(c)], [corner(a), corner(c), corner(d)]])
-            .collect();
-        let mut rng = Rng::new(seed, 1);
-        // Clutter on the lower half, smaller the more there is.
-        let size = 0.5 / (n as f32).sqrt();
-        while triangles.len() < n {
-            let c = Point3::new(1.8 * rng.f32() - 0.9, 0.9 * rng.f32() - 0.95, 1.8 * rng.f32() - 0.9);
-            let mut near = || c + Vec3::new(rng.f32() - 0.5, rng.f32() - 0.5, rng.f32() - 0.5) * (4.0 * size);
-            triangles.push([near(), near(), near()]);
-        }
+        let triangles = clutter(n, seed);
         let boxes: Vec<Primitive> = triangles
             .iter()
             .map(|t| Primitive { bounds: t.iter().fold(Bounds3::EMPTY, |b, &p| b.union_point(p)), kind: 0 })

@@ -1,0 +1,484 @@
+//! Path tracing through participating media: null-scattering path integral (Miller et al. 2019) with next-event
+//! estimation, ratio tracking and multiple importance sampling over techniques and wavelengths (PBRT 4th ed., 14.2).
+//!
+//! `beta` is the throughput over the density of the hero's lane. `r_u` and `r_l` are, for each lane, the densities of the
+//! whole path by unidirectional sampling and with the last direction from light sampling, over the same density.
+
+use crate::hero::Hero;
+use crate::numbers::{Domain, Numbers};
+use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, Lobes, TransportMode};
+use steradian_math::{Frame, Normal3, Point3, Ray, Vec3};
+use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
+use steradian_scene::{CameraRay, Collision, Handle, LightContext, LightSample, Medium, Shading, Surface, World};
+use steradian_spectrum::{Lanes, Wavelengths};
+
+/// Path tracing through media up to a number of bounces.
+#[derive(Clone, Copy, Debug)]
+pub struct VolPath {
+    /// The greatest number of scattering events, in media and on surfaces.
+    pub max_depth: u32,
+    /// Roughen lobes after the first non-specular bounce; biased.
+    pub regularize: bool,
+}
+
+/// Where a path is and what it has gathered.
+struct Walk {
+    ray: Ray,
+    /// The medium that the ray runs through.
+    medium: Option<Handle<Medium>>,
+    radiance: Lanes,
+    beta: Lanes,
+    r_u: Lanes,
+    /// `r_l` before the density of the light is known: that of the last direction is `p_scatter`.
+    r_l: Lanes,
+    p_scatter: f32,
+    /// The vertex that light sampling competes for; `None` at the camera and after a specular bounce.
+    previous: Option<LightContext>,
+    depth: u32,
+    eta_scale: f32,
+    any_non_specular: bool,
+    hero: Hero,
+}
+
+/// What became of a ray in a medium.
+enum Flown {
+    /// It got to the other end.
+    Through,
+    /// It was scattered and goes on from there.
+    Scattered,
+    /// It was absorbed.
+    Ended,
+}
+
+/// A vertex that light is sampled for.
+enum Vertices<'a> {
+    Surface { surface: &'a Surface, frame: &'a Frame, bsdf: &'a Bsdf<'a> },
+    Medium { p: Point3, phase: HenyeyGreenstein },
+}
+
+impl VolPath {
+    /// The radiance that arrives along a camera ray.
+    pub fn radiance<N: Numbers, R: Record>(
+        &self,
+        world: &World,
+        camera_ray: &CameraRay,
+        wavelengths: &mut Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) -> Lanes {
+        if world.needs_one_wavelength() {
+            wavelengths.terminate_secondary();
+        }
+        let mut differential = camera_ray.differential;
+        let mut walk = Walk {
+            ray: camera_ray.ray,
+            medium: world.camera_medium(),
+            radiance: Lanes::ZERO,
+            beta: Lanes::ONE,
+            r_u: Lanes::ONE,
+            r_l: Lanes::ONE,
+            p_scatter: 0.0,
+            previous: None,
+            depth: 0,
+            eta_scale: 1.0,
+            any_non_specular: false,
+            hero: Hero::choose(wavelengths, numbers),
+        };
+        record.ray(RayKind::Camera);
+
+        loop {
+            // Find where the ray ends, and whether it gets there.
+            let hit = record::intersect(world, &walk.ray, record);
+            if let Some(medium) = walk.medium {
+                let t_max = hit.map_or(f32::INFINITY, |h| h.t);
+                match self.fly(world, &mut walk, medium, t_max, wavelengths, numbers, record) {
+                    Flown::Through => {}
+                    Flown::Scattered => {
+                        differential = None;
+                        continue;
+                    }
+                    Flown::Ended => break,
+                }
+            }
+            let Some(hit) = hit else {
+                for &light in world.infinite_lights() {
+                    let emitted = world.environment(light, &walk.ray, wavelengths);
+                    walk.add_emission(world, emitted, Some(light), None, wavelengths, record);
+                }
+                break;
+            };
+            let mut surface = world.surface(&walk.ray, &hit);
+
+            // Add emission of the surface, weighted against light sampling at the previous vertex.
+            if surface.is_emitter() {
+                let emitted = world.emitted(&surface, wavelengths);
+                walk.add_emission(world, emitted, surface.light, Some(&surface), wavelengths, record);
+            }
+
+            // Evaluate the material; a surface without one may change the medium, and no more.
+            let Some(Shading { frame, mut bsdf }) =
+                world.shading(&mut surface, &walk.ray, differential.as_ref(), wavelengths)
+            else {
+                walk.medium = world.medium_beyond(&surface, walk.ray.d, walk.medium);
+                walk.ray = surface.continue_ray(&walk.ray);
+                continue;
+            };
+            if walk.depth == self.max_depth {
+                break;
+            }
+            if self.regularize && walk.any_non_specular {
+                bsdf.regularize();
+            }
+            if R::DETAILED {
+                record.vertex(Vertex {
+                    depth: walk.depth,
+                    p: surface.p,
+                    n: frame.normal(),
+                    material: world.material_name(&surface),
+                    lobe: bsdf.name().to_owned(),
+                    throughput: walk.beta,
+                });
+            }
+            walk.depth += 1;
+
+            // Sample a light.
+            let wo = frame.to_local(surface.wo);
+            let context = LightContext::of_surface(&surface, &frame);
+            let vertex = Vertices::Surface { surface: &surface, frame: &frame, bsdf: &bsdf };
+            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+
+            // Sample the lobe for the next direction.
+            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+            let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
+            walk.beta *= sample.weight;
+            let specular = sample.flags.contains(Lobes::SPECULAR);
+            let transmission = sample.flags.contains(Lobes::TRANSMISSION);
+            walk.p_scatter =
+                if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
+            walk.r_l = walk.r_u;
+            walk.previous = if specular { None } else { Some(context) };
+            walk.any_non_specular |= !specular;
+            if transmission {
+                walk.eta_scale *= sample.eta * sample.eta;
+            }
+            let wi = frame.from_local(sample.wi);
+            differential =
+                differential.and_then(|d| surface.scattered_differential(&walk.ray, &d, &frame, wi, &sample));
+            walk.medium = world.medium_beyond(&surface, wi, walk.medium);
+            walk.ray = surface.spawn_ray(wi);
+            record.ray(RayKind::Scattered);
+
+            // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
+            let u_roulette = numbers.one(Domain::Other);
+            let left = walk.beta * (walk.eta_scale / walk.hero.average(walk.r_u, wavelengths));
+            let survival = if walk.depth > 1 { left.max_component().min(1.0) } else { 1.0 };
+            if R::DETAILED {
+                record.bounce(Bounce {
+                    direction: wi,
+                    pdf: walk.p_scatter,
+                    weight: sample.weight,
+                    specular,
+                    transmission,
+                    survival,
+                });
+            }
+            if survival < 1.0 {
+                if u_roulette >= survival {
+                    break;
+                }
+                walk.beta *= 1.0 / survival;
+            }
+        }
+        record.path(walk.depth);
+        walk.radiance
+    }
+
+    /// Takes the ray through its medium: at each collision emission is added, and chance says whether the path is
+    /// absorbed, scattered, or goes on as if nothing had been there.
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
+    fn fly<N: Numbers, R: Record>(
+        &self,
+        world: &World,
+        walk: &mut Walk,
+        medium: Handle<Medium>,
+        t_max: f32,
+        wavelengths: &Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) -> Flown {
+        let hero = walk.hero.lane;
+        let length = walk.ray.d.length();
+        let d = walk.ray.d * (1.0 / length);
+        let ray = world.medium_ray(medium, walk.ray.o, d, wavelengths);
+        let mut rng = Rng::new(hash_floats(&[numbers.one(Domain::Other)]), hash_floats(&[numbers.one(Domain::Other)]));
+        let mut flight = ray.fly(t_max * length, hero);
+        let mut u = numbers.one(Domain::Other);
+        while let Some(c) = flight.next(u) {
+            u = rng.f32();
+            let (majorant, point) = (c.majorant[hero], c.point);
+            walk.add_medium_emission(&c, wavelengths);
+
+            // Choose the kind of collision by the hero's coefficients.
+            let (absorb, scatter) = (point.sigma_a[hero] / majorant, point.sigma_s[hero] / majorant);
+            let choice = rng.f32();
+            if choice < absorb {
+                return Flown::Ended;
+            }
+            if choice >= absorb + scatter {
+                let sigma_n = c.sigma_n();
+                if sigma_n[hero] == 0.0 {
+                    // Rounding chose what cannot be.
+                    return Flown::Ended;
+                }
+                let null = c.transmittance * (sigma_n / sigma_n[hero]);
+                walk.beta *= null;
+                walk.r_u *= null;
+                walk.r_l *= c.transmittance * (c.majorant / sigma_n[hero]);
+                continue;
+            }
+            if walk.depth == self.max_depth {
+                return Flown::Ended;
+            }
+            let real = c.transmittance * (point.sigma_s / point.sigma_s[hero]);
+            walk.beta *= real;
+            walk.r_u *= real;
+            if R::DETAILED {
+                record.vertex(Vertex {
+                    depth: walk.depth,
+                    p: c.p,
+                    n: Normal3::default(),
+                    material: world.medium_name(medium).to_owned(),
+                    lobe: "henyey-greenstein".to_owned(),
+                    throughput: walk.beta,
+                });
+            }
+            walk.depth += 1;
+
+            // Sample a light, then the phase function for the next direction.
+            let phase = ray.phase();
+            let context = LightContext::of_point(c.p);
+            walk.ray.d = d;
+            let vertex = Vertices::Medium { p: c.p, phase };
+            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+            let sample = phase.sample(-d, numbers.two(Domain::Lobe));
+            walk.p_scatter = sample.pdf;
+            walk.r_l = walk.r_u;
+            walk.previous = Some(context);
+            walk.any_non_specular = true;
+            walk.ray = Ray::new(c.p, sample.wi, walk.ray.time);
+            record.ray(RayKind::Scattered);
+            if R::DETAILED {
+                record.bounce(Bounce {
+                    direction: sample.wi,
+                    pdf: sample.pdf,
+                    weight: Lanes::ONE,
+                    specular: false,
+                    transmission: true,
+                    survival: 1.0,
+                });
+            }
+            return Flown::Scattered;
+        }
+        let passed = flight.passed();
+        walk.beta *= passed;
+        walk.r_u *= passed;
+        walk.r_l *= passed;
+        Flown::Through
+    }
+}
+
+impl Walk {
+    /// Adds emission of the medium at a collision; light sampling does not look for it.
+    #[inline]
+    fn add_medium_emission(&mut self, c: &Collision, w: &Wavelengths) {
+        let source = c.point.sigma_a * c.point.emission;
+        if source.is_black() {
+            return;
+        }
+        let density = c.transmittance * (1.0 / c.majorant[self.hero.lane]);
+        let r_e = self.hero.average(self.r_u * c.majorant * density, w);
+        if r_e > 0.0 {
+            self.radiance += self.beta * density * source * (1.0 / r_e);
+        }
+    }
+
+    /// Adds light that the ray has run into.
+    #[inline]
+    fn add_emission<R: Record>(
+        &mut self,
+        world: &World,
+        emitted: Lanes,
+        light: Option<u32>,
+        hit: Option<&Surface>,
+        w: &Wavelengths,
+        record: &mut R,
+    ) {
+        if emitted.is_black() {
+            return;
+        }
+        let d = self.ray.d;
+        let p_light = match (&self.previous, light) {
+            (Some(c), Some(light)) => world.light_pdf(c, light, d, hit),
+            _ => 0.0,
+        };
+        let ratio = if p_light > 0.0 { p_light / self.p_scatter } else { 0.0 };
+        let both = self.hero.average(self.r_u + self.r_l * ratio, w);
+        if both <= 0.0 {
+            return;
+        }
+        let value = self.beta * emitted * (1.0 / both);
+        self.radiance += value;
+        if R::DETAILED {
+            record.contribution(Contribution {
+                depth: self.depth,
+                technique: Technique::Hit,
+                light,
+                direction: d,
+                end: hit.map(|s| s.p),
+                pdf: self.p_scatter,
+                other_pdf: p_light,
+                weight: self.hero.average(self.r_u, w) / both,
+                value,
+                occluded: false,
+            });
+        }
+    }
+
+    /// Adds light from a sampled point of a light.
+    fn sample_light<N: Numbers, R: Record>(
+        &mut self,
+        world: &World,
+        context: &LightContext,
+        vertex: &Vertices<'_>,
+        w: &Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) {
+        let (u_light, u_point, seed) =
+            (numbers.one(Domain::Light), numbers.two(Domain::Light), numbers.one(Domain::Other));
+        if let Vertices::Surface { bsdf, .. } = vertex
+            && !bsdf.flags().is_non_specular()
+        {
+            return;
+        }
+        let Some(sample) = world.sample_light(context, u_light, u_point, w) else { return };
+        let wi = sample.wi;
+        let (f, p_scatter) = match vertex {
+            Vertices::Surface { frame, bsdf, surface } => {
+                bsdf.eval_and_pdf(frame.to_local(surface.wo), frame.to_local(wi), TransportMode::Radiance)
+            }
+            Vertices::Medium { phase, .. } => {
+                let p = phase.eval(-self.ray.d, wi);
+                (Lanes::splat(p), p)
+            }
+        };
+        let value = self.beta * f * sample.radiance;
+        if value.is_black() {
+            return;
+        }
+        record.ray(RayKind::Shadow);
+        let (from, p, medium) = match vertex {
+            Vertices::Surface { surface, .. } => {
+                (surface.shadow_ray(&sample), surface.p, world.medium_beyond(surface, wi, self.medium))
+            }
+            Vertices::Medium { p, .. } => (ray_to_light(*p, &sample, self.ray.time), *p, self.medium),
+        };
+        let shadow = self.transmittance(world, from, medium, &sample, w, seed, record);
+        let Transmitted { t, r_l, r_u } = shadow.unwrap_or_default();
+        // The densities of the two techniques, the lights' first.
+        let r_u = if sample.is_delta { Lanes::ZERO } else { r_u * (p_scatter / sample.pdf) };
+        let both = self.hero.average(self.r_u * (r_l + r_u), w) * sample.pdf;
+        let value = if both > 0.0 { value * t * (1.0 / both) } else { Lanes::ZERO };
+        self.radiance += value;
+        if R::DETAILED {
+            record.contribution(Contribution {
+                depth: self.depth,
+                technique: Technique::LightSampling,
+                light: Some(sample.light),
+                direction: wi,
+                end: sample.distance.is_finite().then(|| p + wi * sample.distance),
+                pdf: sample.pdf,
+                other_pdf: if sample.is_delta { 0.0 } else { p_scatter },
+                weight: if sample.is_delta { 1.0 } else { sample.pdf / (sample.pdf + p_scatter) },
+                value,
+                occluded: shadow.is_none(),
+            });
+        }
+    }
+
+    /// An estimate of the transmittance to a light by ratio tracking; `None` if a surface is in the way.
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
+    fn transmittance<R: Record>(
+        &self,
+        world: &World,
+        mut ray: Ray,
+        mut medium: Option<Handle<Medium>>,
+        sample: &LightSample,
+        w: &Wavelengths,
+        seed: f32,
+        record: &mut R,
+    ) -> Option<Transmitted> {
+        let hero = self.hero.lane;
+        let mut out = Transmitted { t: Lanes::ONE, r_l: Lanes::ONE, r_u: Lanes::ONE };
+        let (o, d) = (ray.o, ray.d);
+        let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
+        let mut rng = Rng::new(words, mix_bits(words));
+        loop {
+            let hit = record::intersect(world, &ray, record);
+            let surface = hit.map(|h| world.surface(&ray, &h));
+            if surface.as_ref().is_some_and(|s| !world.is_interface(s)) {
+                return None;
+            }
+            if let Some(m) = medium {
+                let length = ray.d.length();
+                let t_max = hit.map_or(ray.t_max, |h| h.t) * length;
+                let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, hero);
+                while let Some(c) = flight.next(rng.f32()) {
+                    let per_majorant = c.transmittance * (1.0 / c.majorant[hero]);
+                    let null = per_majorant * c.sigma_n();
+                    out.t *= null;
+                    out.r_u *= null;
+                    out.r_l *= per_majorant * c.majorant;
+                    // Russian roulette where little is left.
+                    let left = out.t * (1.0 / self.hero.average(out.r_l + out.r_u, w));
+                    if left.max_component() < 0.05 {
+                        const END: f32 = 0.75;
+                        if rng.f32() < END {
+                            return None;
+                        }
+                        out.t *= 1.0 / (1.0 - END);
+                    }
+                }
+                let passed = flight.passed();
+                out.t *= passed;
+                out.r_u *= passed;
+                out.r_l *= passed;
+            }
+            let Some(surface) = surface else { return Some(out) };
+            medium = world.medium_beyond(&surface, ray.d, medium);
+            ray = surface.shadow_ray(sample);
+            if ray.d.dot(sample.wi) <= 0.0 {
+                // The light lies in this very surface.
+                return Some(out);
+            }
+        }
+    }
+}
+
+/// Transmittance over the density of the hero's lane, and the densities of all lanes over the same.
+#[derive(Clone, Copy, Debug, Default)]
+struct Transmitted {
+    t: Lanes,
+    r_l: Lanes,
+    r_u: Lanes,
+}
+
+/// The ray from a point in space to a sampled light; it ends just before the light.
+fn ray_to_light(p: Point3, sample: &LightSample, time: f32) -> Ray {
+    if sample.distance == f32::INFINITY {
+        return Ray::new(p, sample.wi, time);
+    }
+    let d: Vec3 = sample.end - p;
+    Ray { o: p, d, t_max: 1.0f32.next_down(), time }
+}
