@@ -54,7 +54,10 @@ pub(crate) fn run(args: &LabArgs, console: &Console) -> Result<u8, Failure> {
         }
     } else {
         for claim in report.claims().filter(|c| !c.holds()) {
-            talk.warning(format_args!("{}: {}: predicted {}, measured {}", claim.topic, claim.claim, claim.predicted, claim.measured));
+            talk.warning(format_args!(
+                "{}: {}: predicted {}, measured {}",
+                claim.topic, claim.claim, claim.predicted, claim.measured
+            ));
         }
         talk.say(format_args!("the report is {}", folder.join("report.html").display()));
     }
