@@ -116,7 +116,7 @@ impl Gamut {
         Gamut { weights, xyz_from_rgb, white }
     }
 
-    /// Weighted coefficients for all nodes: largest channel, its value, then the other two channels relative to it; the last runs fastest.
+    /// Coefficients for all nodes, weighted and compressed: largest channel, its value, then the other two channels relative to it; the last runs fastest.
     fn table(&self) -> Vec<f64> {
         let n = RESOLUTION;
         let rows: Vec<(usize, usize)> = (0..3).flat_map(|l| (0..n).map(move |j| (l, j))).collect();
@@ -142,86 +142,84 @@ impl Gamut {
 
     /// All fits for one largest channel `l` and one node `j` of the second ratio, by level and first ratio.
     fn slab(&self, l: usize, j: usize) -> Vec<[[f64; 3]; RESOLUTION]> {
-        let n = RESOLUTION;
-        let mut slab = vec![[[0.0; 3]; RESOLUTION]; n];
-        for i in 0..n {
-            // Neighbouring levels make good first guesses, so the walk starts where the fit is easy.
-            let start = n / 5;
-            for levels in [(start..n).collect::<Vec<_>>(), (0..start).rev().collect()] {
-                let mut c = if levels.first() == Some(&start) {
-                    [0.0; 3]
-                } else {
-                    slab[start][i].map(|v: f64| v / weight(level(start)))
-                };
-                for k in levels {
-                    let b = level(k);
-                    let mut rgb = [0.0; 3];
-                    rgb[l] = b;
-                    rgb[(l + 1) % 3] = ratio(i) * b;
-                    rgb[(l + 2) % 3] = ratio(j) * b;
-                    self.fit(rgb, &mut c);
-                    slab[k][i] = c.map(|v| v * weight(b));
-                }
+        let mut slab = vec![[[0.0; 3]; RESOLUTION]; RESOLUTION];
+        for i in 0..RESOLUTION {
+            let rgb = |b: f64| {
+                let mut rgb = [0.0; 3];
+                rgb[l] = b;
+                rgb[(l + 1) % 3] = ratio(i) * b;
+                rgb[(l + 2) % 3] = ratio(j) * b;
+                rgb
+            };
+            let walk = self.walk(rgb);
+            for (k, row) in slab.iter_mut().enumerate() {
+                let b = level(k);
+                // From the nearest stop of the walk that is not farther from its start.
+                let after = (0..STOPS).position(|m| stop(m) >= b).unwrap_or(STOPS - 1);
+                let near = if after > START && stop(after) > b { after - 1 } else { after };
+                let mut c = walk[near];
+                self.fit(rgb(b), &mut c);
+                row[i] = compress(centred(c).map(|v| v * weight(b)));
             }
         }
         slab
     }
 
-    /// Gauss-Newton from the guess `c`, damped as Levenberg and Marquardt have it, since the undamped steps run away for saturated colours.
+    /// Fits of `rgb(b)` for growing and for shrinking `b`, each from the one before it, so that no first guess is far off.
+    ///
+    /// Where no smooth reflectance has the colour, the outcome is not a minimum of anything but the place where steps and limit balance. Its
+    /// starting point and its stops are those of the published tables, so that such colours look the same here as in other renderers.
+    fn walk(&self, rgb: impl Fn(f64) -> [f64; 3]) -> [[f64; 3]; STOPS] {
+        let mut walk = [[0.0; 3]; STOPS];
+        let mut c = [0.0; 3];
+        for m in START..STOPS {
+            self.fit(rgb(stop(m)), &mut c);
+            walk[m] = c;
+        }
+        c = [0.0; 3];
+        for m in (0..=START).rev() {
+            self.fit(rgb(stop(m)), &mut c);
+            walk[m] = c;
+        }
+        walk
+    }
+
+    /// At most 15 steps of Gauss and Newton from the guess `c`, undamped; polynomials with a coefficient above [`limit`] are scaled down to it.
     fn fit(&self, rgb: [f64; 3], c: &mut [f64; 3]) {
         let target = self.lab(multiply(&self.xyz_from_rgb, rgb)).0;
-        let square = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
-        let mut damping = 1e-6;
-        let (mut xyz, mut derivative) = self.reflect(*c);
-        for _ in 0..60 {
-            let (lab, lab_slope) = self.lab(xyz);
+        let limit = limit(rgb.into_iter().fold(0.0, f64::max));
+        for _ in 0..15 {
+            let (xyz, derivative) = self.reflect(*c);
+            let (lab, slope) = self.lab(xyz);
             let residual = [0, 1, 2].map(|r| target[r] - lab[r]);
-            let error = square(residual);
-            if error < 1e-14 || damping > 1e12 {
+            // As many equations as unknowns: no normal equations.
+            let step = solve(multiply_matrices(slope, derivative), residual);
+            if step.iter().any(|v| !v.is_finite()) {
                 break;
             }
-            let jacobian = multiply_matrices(lab_slope, derivative);
-            let mut normal = [[0.0; 3]; 3];
-            let mut gradient = [0.0; 3];
             for p in 0..3 {
-                gradient[p] = (0..3).map(|r| jacobian[r][p] * residual[r]).sum();
-                for q in 0..3 {
-                    normal[p][q] = (0..3).map(|r| jacobian[r][p] * jacobian[r][q]).sum();
-                }
+                c[p] += step[p];
             }
-            while damping <= 1e12 {
-                let mut damped = normal;
-                for p in 0..3 {
-                    damped[p][p] += damping * (normal[p][p] + 1e-12);
-                }
-                let step = solve(damped, gradient);
-                let mut next = [0, 1, 2].map(|p| c[p] + step[p]);
-                let largest = next.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-                if largest > LARGEST {
-                    next = next.map(|v| v * LARGEST / largest);
-                }
-                let (next_xyz, next_derivative) = self.reflect(next);
-                let next_lab = self.lab(next_xyz).0;
-                if square([0, 1, 2].map(|r| target[r] - next_lab[r])) < error {
-                    (*c, xyz, derivative) = (next, next_xyz, next_derivative);
-                    damping = (damping * 0.1).max(1e-12);
-                    break;
-                }
-                damping *= 10.0;
+            let largest = c.iter().fold(0.0f64, |m, &v| m.max(v));
+            if largest > limit {
+                *c = c.map(|v| v * limit / largest);
+            }
+            if residual.iter().map(|v| v * v).sum::<f64>() < 1e-6 {
+                break;
             }
         }
     }
 
-    /// XYZ of the reflectance with coefficients `c` under white, and its derivative by the coefficients.
+    /// XYZ of the reflectance with the coefficients `c` in `t = (lambda - 360) / 470` under white, and its derivative by the coefficients.
     fn reflect(&self, c: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
         let mut xyz = [0.0; 3];
         let mut derivative = [[0.0; 3]; 3];
         for (i, weight) in self.weights.iter().enumerate() {
-            let u = (i as f64 - 235.0) / 235.0;
-            let x = (c[0] * u + c[1]) * u + c[2];
+            let t = i as f64 / 470.0;
+            let x = (c[0] * t + c[1]) * t + c[2];
             let root = 1.0 / (1.0 + x * x).sqrt();
             let (s, slope) = (0.5 + 0.5 * x * root, 0.5 * root * root * root);
-            let powers = [slope * u * u, slope * u, slope];
+            let powers = [slope * t * t, slope * t, slope];
             for m in 0..3 {
                 xyz[m] += weight[m] * s;
                 for p in 0..3 {
@@ -257,8 +255,25 @@ impl Gamut {
     }
 }
 
-/// No coefficient of a fit grows beyond this.
-const LARGEST: f64 = 1000.0;
+/// No positive coefficient of a fit at `level` grows beyond this; negative ones may. The published tables have 200 throughout, with which dark
+/// saturated colours come out up to twice as bright as they should, although smooth reflectances have them.
+fn limit(level: f64) -> f64 {
+    200.0 * (0.05 / level.max(1e-6)).sqrt().max(1.0)
+}
+
+/// How many levels a walk visits, and the one in the middle where it starts.
+const STOPS: usize = 64;
+const START: usize = 12;
+
+/// Level `m` of a walk.
+fn stop(m: usize) -> f64 {
+    smooth(smooth(m as f64 / (STOPS - 1) as f64))
+}
+
+/// The polynomial in `t = (lambda - 360) / 470`, rewritten in `u = 2 t - 1`.
+fn centred([a, b, c]: [f64; 3]) -> [f64; 3] {
+    [a / 4.0, (a + b) / 2.0, a / 4.0 + b / 2.0 + c]
+}
 
 /// Node `k` of the largest component: dense near black and white, where the coefficients change fast. Not quite 0, where they have no limit.
 fn level(k: usize) -> f64 {
@@ -266,10 +281,10 @@ fn level(k: usize) -> f64 {
     (0.5 * once + 0.5 * smooth(once)).max(1e-6)
 }
 
-/// Node `i` of a smaller component relative to the largest: dense near 0 and 1.
+/// Node `i` of a smaller component relative to the largest: somewhat denser near 0 and 1.
 fn ratio(i: usize) -> f64 {
     let t = i as f64 / (RESOLUTION - 1) as f64;
-    0.75 * smooth(t) + 0.25 * t
+    0.4 * smooth(t) + 0.6 * t
 }
 
 fn smooth(t: f64) -> f64 {
@@ -280,6 +295,13 @@ fn smooth(t: f64) -> f64 {
 /// `(s - 1/2) / sqrt(s (1 - s))`. Not quite 0 at 1, where coefficients of saturated colours stay finite.
 fn weight(level: f64) -> f64 {
     (level * (1.03 - level)).sqrt()
+}
+
+/// Weighted coefficients as they are stored, within the unit ball: near the end of what smooth reflectances reach, coefficients grow as the reciprocal of
+/// the distance from it, and what is stored then changes linearly.
+fn compress(c: [f64; 3]) -> [f64; 3] {
+    let length = c.iter().map(|v| v * v).sum::<f64>().sqrt();
+    c.map(|v| v / (20.0 + length))
 }
 
 fn multiply(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {

@@ -81,7 +81,9 @@ impl Distribution {
                 let u = if motion && self.parameters.jitter { numbers.one(Domain::Time) } else { 0.5 };
                 let time = if motion { place(j, moments, u) } else { 0.5 };
                 let ray = world.camera_ray(&CameraSample { film, lens, time });
-                sum += self.radiance(world, &ray, wavelengths, numbers, record);
+                if ray.weight > 0.0 {
+                    sum += self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight;
+                }
             }
         }
         sum * (1.0 / (a * a * moments) as f32)

@@ -90,7 +90,7 @@ impl Integrator {
         }
     }
 
-    /// An estimate of the mean radiance over lens and shutter at a film position, in the four lanes of `wavelengths`.
+    /// An estimate of the mean radiance over lens and shutter at a film position, weighted as the lens does, in the four lanes of `wavelengths`.
     ///
     /// One camera ray, or as many as the algorithm wants.
     #[inline]
@@ -108,7 +108,10 @@ impl Integrator {
         let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
         let time = if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
         let ray = world.camera_ray(&CameraSample { film, lens, time });
-        self.radiance(world, &ray, wavelengths, numbers, record)
+        if ray.weight == 0.0 {
+            return Lanes::ZERO;
+        }
+        self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight
     }
 
     /// An estimate of the radiance that arrives along a camera ray, in the four lanes of `wavelengths`.

@@ -1,6 +1,6 @@
 //! Cameras as the user stated them. `World` holds the built form.
 
-use crate::{Handle, Medium};
+use crate::{Handle, LensSystem, Medium};
 use steradian_math::AnimatedTransform;
 
 /// How a spherical camera covers the sphere.
@@ -13,7 +13,7 @@ pub enum SphericalMapping {
 }
 
 /// The projection.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Projection {
     /// Pinhole or thin lens.
     Perspective {
@@ -26,6 +26,13 @@ pub enum Projection {
     Spherical {
         /// Layout of the image.
         mapping: SphericalMapping,
+    },
+    /// A film behind real lenses. No window, no lens radius and no focal distance apply.
+    Realistic {
+        /// The lenses, in focus.
+        lens: LensSystem,
+        /// Diagonal of the film in metres.
+        diagonal: f32,
     },
 }
 

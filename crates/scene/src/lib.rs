@@ -3,6 +3,7 @@
 mod camera;
 mod error;
 mod handle;
+mod lens;
 mod light;
 mod material;
 mod medium;
@@ -17,6 +18,7 @@ mod world;
 pub use camera::{Camera, Projection, SphericalMapping};
 pub use error::Error;
 pub use handle::{Arena, Handle};
+pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
 pub use light::{AreaLight, EnvironmentMapping, Light};
 pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};

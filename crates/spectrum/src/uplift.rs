@@ -26,13 +26,13 @@ static LEVELS: [f32; RES] = {
     levels
 };
 
-/// The nodes of a smaller component relative to the largest: dense near 0 and 1.
+/// The nodes of a smaller component relative to the largest: somewhat denser near 0 and 1.
 static RATIOS: [f32; RES] = {
     let mut ratios = [0.0; RES];
     let mut i = 0;
     while i < RES {
         let t = i as f64 / (RES - 1) as f64;
-        ratios[i] = (0.75 * smooth(t) + 0.25 * t) as f32;
+        ratios[i] = (0.4 * smooth(t) + 0.6 * t) as f32;
         i += 1;
     }
     ratios
@@ -121,9 +121,12 @@ pub(crate) fn coefficients(space: ColorSpace, rgb: [f32; 3]) -> Sigmoid {
             }
         }
     }
-    // The coefficients are stored times this, which makes them nearly linear in the level. Bounded, so that squares stay finite.
-    let unweight = 1.0 / (z.max(1e-12) * (1.03 - z)).sqrt();
-    Sigmoid(c.map(|v| v * unweight))
+    // What is stored changes nearly linearly, within the gamut of smooth reflectances and across its edge: coefficients `c` are stored as
+    // `w c / (20 + |w c|)`, where `w = sqrt(z (1.03 - z))`. Bounded here, so that squares stay finite.
+    let length = (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]).sqrt();
+    let weight = (z.max(1e-12) * (1.03 - z)).sqrt();
+    let expand = 20.0 / ((1.0 - length) * weight);
+    Sigmoid(c.map(|v| v * expand))
 }
 
 /// The interval between two nodes in which `v` lies, and where in it, in 0..=1.

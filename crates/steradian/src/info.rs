@@ -152,10 +152,11 @@ fn how(scene: &Scene, console: &Console) {
 
 fn camera(scene: &Scene) -> String {
     let camera = &scene.camera;
-    let mut out = match camera.projection {
+    let mut out = match &camera.projection {
         Projection::Perspective { fov } => format!("perspective, {fov} degrees along the shorter side"),
         Projection::Orthographic => "orthographic".to_owned(),
         Projection::Spherical { .. } => "spherical".to_owned(),
+        Projection::Realistic { .. } => "lens system".to_owned(),
     };
     if camera.lens_radius > 0.0 {
         out += &format!(", lens of radius {} in focus at {}", camera.lens_radius, camera.focal_distance);

@@ -52,7 +52,14 @@ impl Loader<'_> {
         handle
     }
 
-    fn report_texels(&self, params: &mut Params, name: &str, span: Span, encoding: Option<Encoding>) -> Option<Texels> {
+    /// The texels of a file; what is wrong is reported at `span`.
+    pub(super) fn report_texels(
+        &self,
+        params: &mut Params,
+        name: &str,
+        span: Span,
+        encoding: Option<Encoding>,
+    ) -> Option<Texels> {
         let path = self.resolve(name);
         self.read_texels(&path, encoding).map_err(|message| params.error(message, span)).ok()
     }

@@ -3,6 +3,7 @@
 mod curves;
 mod directives;
 mod images;
+mod lens;
 mod lights;
 mod materials;
 mod media;

@@ -135,9 +135,11 @@ impl Loader<'_> {
                 Projection::Spherical { mapping }
             }
             "realistic" => {
-                p.error("the `realistic` camera is not supported yet", None);
-                p.accept_all();
-                Projection::Orthographic
+                let diagonal = self.declarations.film.as_mut().map_or(35.0, |f| f.1.float("diagonal", 35.0)) * 1e-3;
+                match self.lens_system(p, diagonal) {
+                    Some(lens) => Projection::Realistic { lens, diagonal },
+                    None => Projection::Orthographic,
+                }
             }
             _ => {
                 let span = p.span;
@@ -147,26 +149,8 @@ impl Loader<'_> {
             }
         };
         let p = &mut params;
-        camera.lens_radius = p.float("lensradius", 0.0);
-        camera.focal_distance = p.float("focaldistance", 1e6);
-        if camera.lens_radius < 0.0 {
-            let span = p.span_of("lensradius");
-            p.error("`lensradius` cannot be negative", span);
-        }
-        if camera.focal_distance <= 0.0 {
-            let span = p.span_of("focaldistance");
-            p.error("`focaldistance` must be positive", span);
-        }
-        camera.frame_aspect_ratio = p.maybe_float("frameaspectratio");
-        if camera.frame_aspect_ratio.is_some_and(|a| a <= 0.0) {
-            let span = p.span_of("frameaspectratio");
-            p.error("`frameaspectratio` must be positive", span);
-        }
-        if let Some((window, span)) = p.floats("screenwindow") {
-            match *window {
-                [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => camera.screen_window = Some([x0, x1, y0, y1]),
-                _ => p.error("`screenwindow` takes four numbers, x0 x1 y0 y1, that span an area", span),
-            }
+        if kind != "realistic" {
+            thin_lens(p, &mut camera);
         }
         let shutter = camera.shutter;
         self.scene.camera = camera;
@@ -460,6 +444,31 @@ impl Loader<'_> {
                 let e = Diagnostic::error(format!("unknown option \"{}\"", d.text(0)), d.arg_span(0));
                 self.diagnostics.push(e.with_suggestion(did_you_mean(&name, known)));
             }
+        }
+    }
+}
+
+/// Lens and window of the cameras that have no lens system.
+fn thin_lens(p: &mut Params, camera: &mut Camera) {
+    camera.lens_radius = p.float("lensradius", 0.0);
+    camera.focal_distance = p.float("focaldistance", 1e6);
+    if camera.lens_radius < 0.0 {
+        let span = p.span_of("lensradius");
+        p.error("`lensradius` cannot be negative", span);
+    }
+    if camera.focal_distance <= 0.0 {
+        let span = p.span_of("focaldistance");
+        p.error("`focaldistance` must be positive", span);
+    }
+    camera.frame_aspect_ratio = p.maybe_float("frameaspectratio");
+    if camera.frame_aspect_ratio.is_some_and(|a| a <= 0.0) {
+        let span = p.span_of("frameaspectratio");
+        p.error("`frameaspectratio` must be positive", span);
+    }
+    if let Some((window, span)) = p.floats("screenwindow") {
+        match *window {
+            [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => camera.screen_window = Some([x0, x1, y0, y1]),
+            _ => p.error("`screenwindow` takes four numbers, x0 x1 y0 y1, that span an area", span),
         }
     }
 }

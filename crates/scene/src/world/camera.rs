@@ -1,5 +1,6 @@
 //! The built camera: film position to ray (PBRT 4th ed., 5.1-5.3; thin lens of Potmesil and Chakravarty 1981).
 
+use super::lens::Lens;
 use crate::{Camera, Handle, Medium, Projection, SphericalMapping};
 use steradian_math::{
     AnimatedTransform, Normal3, PI, Point2, Point3, Ray, RayDifferential, TAU, Transform, Vec3, lerp, radians, sin_cos,
@@ -26,6 +27,8 @@ pub const DIFFERENTIAL_SCALE: f32 = 0.125;
 #[derive(Clone, Debug)]
 pub struct CameraModel {
     projection: Projection,
+    /// The lenses of a realistic camera.
+    lens: Option<Lens>,
     world_from_camera: AnimatedTransform,
     shutter: [f32; 2],
     lens_radius: f32,
@@ -55,8 +58,13 @@ impl CameraModel {
             let half = tan(radians(fov) * 0.5);
             window = window.map(|w| w * half);
         }
+        let lens = match &camera.projection {
+            Projection::Realistic { lens, diagonal } => Some(Lens::new(lens, f64::from(*diagonal), resolution)),
+            _ => None,
+        };
         let mut model = Self {
-            projection: camera.projection,
+            projection: camera.projection.clone(),
+            lens,
             world_from_camera: camera.world_from_camera,
             shutter: camera.shutter,
             lens_radius: camera.lens_radius,
@@ -73,7 +81,11 @@ impl CameraModel {
 
     /// Whether rays start on a lens.
     pub fn has_lens(&self) -> bool {
-        self.lens_radius > 0.0 && !matches!(self.projection, Projection::Spherical { .. })
+        match self.projection {
+            Projection::Perspective { .. } | Projection::Orthographic => self.lens_radius > 0.0,
+            Projection::Spherical { .. } => false,
+            Projection::Realistic { .. } => true,
+        }
     }
 
     /// Whether the camera moves while the shutter is open.
@@ -104,9 +116,21 @@ impl CameraModel {
         )
     }
 
-    /// Origin and unit direction in camera space.
+    /// Origin and unit direction in camera space, and the weight of the ray. Where real lenses let nothing through, the
+    /// ray along the axis with no weight.
     #[inline]
-    fn camera_ray(&self, film: Point2, lens: Option<(f32, f32)>) -> (Point3, Vec3) {
+    fn camera_ray(&self, film: Point2, u: [f32; 2]) -> (Point3, Vec3, f32) {
+        if let Some(lens) = &self.lens {
+            let at = [film.x / self.resolution[0], film.y / self.resolution[1]];
+            return lens.ray(at, u).unwrap_or((Point3::default(), Vec3::new(0.0, 0.0, 1.0), 0.0));
+        }
+        let (o, d) = self.ideal_ray(film, self.lens_point(u));
+        (o, d, 1.0)
+    }
+
+    /// Origin and unit direction in camera space, for projections without real lenses.
+    #[inline]
+    fn ideal_ray(&self, film: Point2, lens: Option<(f32, f32)>) -> (Point3, Vec3) {
         match self.projection {
             Projection::Perspective { .. } => {
                 let (x, y) = self.on_plane(film);
@@ -120,7 +144,8 @@ impl CameraModel {
                     }
                 }
             }
-            Projection::Orthographic => {
+            // A realistic camera has its lens, and its rays from there.
+            Projection::Orthographic | Projection::Realistic { .. } => {
                 let (x, y) = self.on_plane(film);
                 match lens {
                     None => (Point3::new(x, y, 0.0), Vec3::new(0.0, 0.0, 1.0)),
@@ -148,15 +173,22 @@ impl CameraModel {
     /// The ray through a film position, with unit direction, in world space.
     #[inline]
     pub fn ray(&self, sample: &CameraSample) -> Ray {
+        self.weighted_ray(sample).0
+    }
+
+    /// [`CameraModel::ray`], and what radiance along it counts: one without real lenses, zero where they let nothing
+    /// through.
+    #[inline]
+    pub fn weighted_ray(&self, sample: &CameraSample) -> (Ray, f32) {
         let time = lerp(sample.time, self.shutter[0], self.shutter[1]);
-        let (o, d) = self.camera_ray(sample.film, self.lens_point(sample.lens));
+        let (o, d, weight) = self.camera_ray(sample.film, sample.lens);
         let t = self.world_from_camera.at(time);
-        Ray::new(t.point(o), t.vector(d).normalize(), time)
+        (Ray::new(t.point(o), t.vector(d).normalize(), time), weight)
     }
 
     #[inline]
     fn lens_point(&self, u: [f32; 2]) -> Option<(f32, f32)> {
-        self.has_lens().then(|| {
+        (self.has_lens() && self.lens.is_none()).then(|| {
             let d = square_to_uniform_disk_concentric(u);
             (d[0] * self.lens_radius, d[1] * self.lens_radius)
         })
@@ -165,10 +197,14 @@ impl CameraModel {
     /// The rays of the neighbouring samples in x and y, for texture filtering.
     pub fn differential(&self, sample: &CameraSample, ray: &Ray) -> RayDifferential {
         let t = self.world_from_camera.at(ray.time);
-        let lens = self.lens_point(sample.lens);
+        // Where the neighbour is not seen through the lenses, the one on the other side tells as much.
+        let neighbour = |dx: f32, dy: f32| {
+            let (o, d, weight) = self.camera_ray(Point2::new(sample.film.x + dx, sample.film.y + dy), sample.lens);
+            (weight > 0.0).then(|| (t.point(o), t.vector(d).normalize()))
+        };
         let at = |dx: f32, dy: f32| {
-            let (o, d) = self.camera_ray(Point2::new(sample.film.x + dx, sample.film.y + dy), lens);
-            (t.point(o), t.vector(d).normalize())
+            let mirrored = || neighbour(-dx, -dy).map(|(o, d)| (ray.o - (o - ray.o), ray.d - (d - ray.d)));
+            neighbour(dx, dy).or_else(mirrored).unwrap_or((ray.o, ray.d))
         };
         let (rx_o, rx_d) = at(1.0, 0.0);
         let (ry_o, ry_d) = at(0.0, 1.0);
@@ -182,13 +218,18 @@ impl CameraModel {
         for i in 0..N {
             let f = i as f32 / (N - 1) as f32;
             let film = Point2::new(f * self.resolution[0], f * self.resolution[1]);
-            let lens = self.lens_point([0.5, 0.5]);
-            let (o, d) = self.camera_ray(film, lens);
+            let (o, d, weight) = self.camera_ray(film, [0.5, 0.5]);
+            if weight == 0.0 {
+                continue;
+            }
             let frame = steradian_math::Frame::from_z(d);
             for (axis, step) in
                 [Point2::new(film.x + 1.0, film.y), Point2::new(film.x, film.y + 1.0)].iter().enumerate()
             {
-                let (o2, d2) = self.camera_ray(*step, lens);
+                let (o2, d2, weight) = self.camera_ray(*step, [0.5, 0.5]);
+                if weight == 0.0 {
+                    continue;
+                }
                 let (dp, dd) = (frame.to_local(o2 - o), frame.to_local(d2) - Vec3::new(0.0, 0.0, 1.0));
                 if dp.length_squared() < best[axis][0].length_squared() {
                     best[axis][0] = dp;
@@ -198,7 +239,7 @@ impl CameraModel {
                 }
             }
         }
-        self.min_differential = best;
+        self.min_differential = best.map(|axis| axis.map(|v| if v.is_finite() { v } else { Vec3::default() }));
     }
 
     /// The footprint on a surface (dp/dx, dp/dy) as if `p` were seen straight from the camera: for rays that carry no

@@ -3,6 +3,7 @@
 mod build;
 mod camera;
 mod group;
+mod lens;
 mod light;
 mod medium;
 mod noise;
@@ -42,6 +43,8 @@ pub struct CameraRay {
     pub ray: Ray,
     /// Its neighbours.
     pub differential: Option<RayDifferential>,
+    /// What radiance along the ray counts; zero where the lens lets nothing through, one without real lenses.
+    pub weight: f32,
 }
 
 /// A scene ready to be rendered.
@@ -120,9 +123,9 @@ impl World {
     /// The ray for a film position, with differentials if any texture will ask for them.
     #[inline]
     pub fn camera_ray(&self, sample: &CameraSample) -> CameraRay {
-        let ray = self.camera.ray(sample);
+        let (ray, weight) = self.camera.weighted_ray(sample);
         let differential = self.uses_footprints.then(|| self.camera.differential(sample, &ray));
-        CameraRay { ray, differential }
+        CameraRay { ray, differential, weight }
     }
 
     /// Counts what is there.
