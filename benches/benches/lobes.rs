@@ -12,7 +12,7 @@ fn main() {
 
 const NAMES: [&str; 5] = ["diffuse", "rough conductor", "smooth glass", "rough glass", "coated diffuse"];
 
-fn lobe(name: &str) -> Bsdf {
+fn lobe(name: &str) -> Bsdf<'static> {
     let rough = TrowbridgeReitz::new(0.3, 0.3);
     let grey = Diffuse::new(Lanes::splat(0.5));
     match name {
