@@ -126,11 +126,13 @@ impl World {
         for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {
             record.isotropic = !uses_footprints && is_isotropic(&scene.materials[record.material]);
         }
+        let diffusion = super::subsurface::DiffusionTables::build(&scene);
         let mut world = World {
             groups,
             instances,
             pyramids,
             camera,
+            diffusion,
             has_motion,
             uses_footprints,
             area_lights: Vec::new(),
