@@ -4,6 +4,7 @@
 
 mod debug;
 mod distribution;
+mod first_hit;
 mod hero;
 mod lobe_sampling;
 mod numbers;
@@ -17,6 +18,7 @@ mod whitted;
 
 pub use debug::{AmbientOcclusion, View};
 pub use distribution::Distribution;
+pub use first_hit::{FirstHit, first_hit};
 pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;

@@ -2,6 +2,7 @@
 
 mod continuing;
 mod counters;
+mod coverage;
 mod determinism;
 mod furnace;
 mod media;
