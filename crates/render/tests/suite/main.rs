@@ -5,5 +5,6 @@ mod counters;
 mod coverage;
 mod determinism;
 mod furnace;
+mod media;
 mod scenes;
 mod translucent;
