@@ -12,9 +12,9 @@ mod coverage;
 use steradian_render::{DARKEST, ErrorGoal, Goals, Share};
 
 /// Pixels a side.
-const SIZE: u32 = 24;
+const SIZE: u32 = 16;
 /// Renders for each line.
-const REPEATS: u64 = 200;
+const REPEATS: u64 = 100;
 
 fn main() {
     coverage_table();
@@ -26,10 +26,10 @@ fn coverage_table() {
     for name in ["box", "sky", "spectral box"] {
         let truth = coverage::truth(name, SIZE, 1 << 13);
         for adaptive in [false, true] {
-            let error = Some(ErrorGoal::linear(0.1));
+            let error = Some(ErrorGoal::linear(0.2));
             let c = coverage::coverage(name, &Goals { error, adaptive, share: Share::Whole }, &truth, REPEATS);
             println!(
-                "{name:12}  {adaptive:8}  10 %   {:3}/{REPEATS}    {:.3}, {:.3}         {:6.1}  {:+.3}     {:.2}",
+                "{name:12}  {adaptive:8}  20 %   {:3}/{REPEATS}    {:.3}, {:.3}         {:6.1}  {:+.3}     {:.2}",
                 c.broken, c.within[0], c.within[1], c.spp, c.bias, c.overhead
             );
             assert!(c.broken <= REPEATS as u32 / 7 && c.bias.abs() < 0.1);
@@ -43,7 +43,7 @@ fn adaptive_table() {
     for name in ["box", "sky", "spectral box"] {
         let truth = coverage::truth(name, SIZE, 1 << 13);
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-        for spp in [64, 256, 512] {
+        for spp in [64, 256] {
             let error = |adaptive: bool| {
                 (0..24)
                     .map(|seed| {
