@@ -21,6 +21,14 @@ pub(super) struct Declarations {
     sampler: Option<(String, Params)>,
     integrator: Option<(String, Params)>,
     seed: u64,
+    displacement_edge_scale: Option<f32>,
+}
+
+impl Declarations {
+    /// What the edge lengths of displaced meshes are multiplied by.
+    pub fn displacement_edge_scale(&self) -> f32 {
+        self.displacement_edge_scale.unwrap_or(1.0)
+    }
 }
 
 /// What pbrt takes when a scene says nothing.
@@ -423,7 +431,11 @@ impl Loader<'_> {
                 Err(_) => self.error(format!("option \"seed\" must be an integer, not `{value}`"), span),
             },
             // How pbrt goes about its work; the image is the same.
-            "rendercoordsys" | "wavefront" | "displacementedgescale" => {}
+            "rendercoordsys" | "wavefront" => {}
+            "displacementedgescale" => match value.parse::<f32>() {
+                Ok(scale) if scale > 0.0 => self.declarations.displacement_edge_scale = Some(scale),
+                _ => self.error(format!("option \"displacementedgescale\" must be positive, not `{value}`"), span),
+            },
             "pixelstats" | "msereferenceimage" | "msereferenceout" => {
                 self.warning(format!("option \"{}\" is not supported and does nothing", d.text(0)), d.arg_span(0));
             }
