@@ -288,8 +288,12 @@ impl Loader<'_> {
                 settings.jitter = p.boolean("jitter", true);
             }
             "pmj02bn" => {
-                p.warning("the `pmj02bn` sampler is not supported yet; `paddedsobol` is used instead", None);
+                // Owen-scrambled (0,2)-points are progressive multi-jittered ones (Christensen, Kensler and Kilpatrick 2018;
+                // Helmer, Christensen and Kensler 2021). What pbrt has beyond that is a table of how pixels differ.
                 settings.kind = SamplerKind::PaddedSobol;
+                settings.randomization = Randomization::Owen;
+                let note = "`pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables";
+                p.diagnostics.push(Diagnostic::note(note, p.span));
             }
             _ => {
                 let span = p.span;

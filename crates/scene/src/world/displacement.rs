@@ -96,6 +96,20 @@ fn refined(mesh: &TriangleMesh, t: &Transform, edge_length: f32) -> Option<Trian
     if out.normals.is_empty() {
         out.normals = smooth_normals(mesh);
     }
+    // Refinement makes about this many triangles; the limit in the loop is for what the estimate does not see.
+    let expected: f64 = mesh
+        .indices
+        .iter()
+        .map(|face| {
+            let [a, b, c] = face.map(|i| t.point(mesh.positions[i as usize]));
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            let halves = f64::from(longest / edge_length);
+            halves * halves
+        })
+        .sum();
+    if expected.is_nan() || expected > MOST_TRIANGLES as f64 {
+        return None;
+    }
     let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
     let mut waiting: Vec<([u32; 3], u32)> = Vec::new();
     for &face in &mesh.indices {
