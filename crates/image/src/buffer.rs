@@ -99,6 +99,13 @@ impl Image {
         self.channels.iter_mut().find(|c| c.name == name).map(|c| c.samples.as_mut_slice())
     }
 
+    /// Sets the file precision of the channels called `names`.
+    pub fn set_precision_of(&mut self, names: &[&str], precision: Precision) {
+        for c in self.channels.iter_mut().filter(|c| names.contains(&c.name.as_str())) {
+            c.precision = precision;
+        }
+    }
+
     /// Sets the file precision of every channel.
     pub fn set_precision(&mut self, precision: Precision) {
         for c in &mut self.channels {

@@ -4,18 +4,21 @@
 
 mod debug;
 mod distribution;
+mod first_hit;
 mod hero;
 mod lobe_sampling;
 mod numbers;
 mod path;
 pub mod record;
 mod simple_volpath;
+mod subsurface;
 mod switched;
 mod volpath;
 mod whitted;
 
 pub use debug::{AmbientOcclusion, View};
 pub use distribution::Distribution;
+pub use first_hit::{FirstHit, first_hit};
 pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;

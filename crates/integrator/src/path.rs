@@ -5,10 +5,11 @@
 
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
-use steradian_bsdf::{Lobe, Lobes, TransportMode};
-use steradian_math::Ray;
+use crate::subsurface;
+use steradian_bsdf::{Bsdf, Lobe, Lobes, TransportMode};
+use steradian_math::{Frame, Ray, Vec3};
 use steradian_sampling::mis::power_weight;
-use steradian_scene::{CameraRay, LightContext, Shading, World};
+use steradian_scene::{CameraRay, LightContext, Shading, Surface, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Path tracing up to a number of bounces.
@@ -115,44 +116,15 @@ impl Path {
             // Sample a light.
             let wo = frame.to_local(-ray.d);
             let context = LightContext::of_surface(&surface, &frame);
-            let (u_light, u_point) = (numbers.one(Domain::Light), numbers.two(Domain::Light));
-            if bsdf.flags().is_non_specular()
-                && let Some(sample) = world.sample_light(&context, u_light, u_point, wavelengths)
-            {
-                let wi = frame.to_local(sample.wi);
-                let (f, p) = bsdf.eval_and_pdf(wo, wi, TransportMode::Radiance);
-                let value = beta * f * sample.radiance;
-                if !value.is_black() {
-                    let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
-                    let value = value * (weight / sample.pdf);
-                    record.ray(RayKind::Shadow);
-                    let occluded = record::occluded(world, &surface.shadow_ray(&sample), record);
-                    if !occluded {
-                        radiance += value;
-                    }
-                    if R::DETAILED {
-                        record.contribution(Contribution {
-                            depth,
-                            technique: Technique::LightSampling,
-                            light: Some(sample.light),
-                            direction: sample.wi,
-                            end: sample.distance.is_finite().then(|| surface.p + sample.wi * sample.distance),
-                            pdf: sample.pdf,
-                            other_pdf: if sample.is_delta { 0.0 } else { p },
-                            weight,
-                            value,
-                            occluded,
-                        });
-                    }
-                }
-            }
+            let vertex = PathVertex { surface: &surface, frame: &frame, bsdf: &bsdf, wo, context: &context };
+            add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);
 
             // Sample the lobe for the next direction.
             let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             beta *= sample.weight;
-            let specular = sample.flags.contains(Lobes::SPECULAR);
-            let transmission = sample.flags.contains(Lobes::TRANSMISSION);
+            let mut specular = sample.flags.contains(Lobes::SPECULAR);
+            let mut transmission = sample.flags.contains(Lobes::TRANSMISSION);
             p_lobe =
                 if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
             previous = if specular { None } else { Some(context) };
@@ -160,23 +132,61 @@ impl Path {
             if transmission {
                 eta_scale *= sample.eta * sample.eta;
             }
-            let wi = frame.from_local(sample.wi);
+            let mut wi = frame.from_local(sample.wi);
+            let mut weight = sample.weight;
             differential = differential.and_then(|d| surface.scattered_differential(&ray, &d, &frame, wi, &sample));
             ray = surface.spawn_ray(wi);
             record.ray(RayKind::Scattered);
+
+            // What goes into something translucent comes out elsewhere, and goes on from there.
+            if transmission
+                && world.has_subsurface()
+                && let Some(inside) = world.subsurface(&surface, wavelengths)
+            {
+                let Some(exit) = subsurface::exit(world, (&surface, &frame), &inside, wavelengths, numbers, record)
+                else {
+                    break;
+                };
+                if R::DETAILED {
+                    record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival: 1.0 });
+                    record.vertex(Vertex {
+                        depth,
+                        p: exit.surface.p,
+                        n: exit.frame.normal(),
+                        material: world.material_name(&exit.surface),
+                        lobe: exit.bsdf.name().to_owned(),
+                        throughput: beta * exit.weight,
+                    });
+                }
+                beta *= exit.weight;
+                let context = LightContext::of_surface(&exit.surface, &exit.frame);
+                let vertex = PathVertex {
+                    surface: &exit.surface,
+                    frame: &exit.frame,
+                    bsdf: &exit.bsdf,
+                    wo: exit.frame.to_local(exit.surface.wo),
+                    context: &context,
+                };
+                add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);
+                let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+                let Some(out) = exit.bsdf.sample(vertex.wo, u_lobe, u_direction, TransportMode::Radiance) else {
+                    break;
+                };
+                beta *= out.weight;
+                // Coming out undoes the scaling of radiance by going in.
+                eta_scale /= sample.eta * sample.eta;
+                (p_lobe, previous, any_non_specular) = (out.pdf, Some(context), true);
+                (specular, transmission, weight, differential) = (false, false, out.weight, None);
+                wi = exit.frame.from_local(out.wi);
+                ray = exit.surface.spawn_ray(wi);
+                record.ray(RayKind::Scattered);
+            }
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
             let u_roulette = numbers.one(Domain::Other);
             let survival = if depth > 1 { (beta * eta_scale).max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
-                record.bounce(Bounce {
-                    direction: wi,
-                    pdf: p_lobe,
-                    weight: sample.weight,
-                    specular,
-                    transmission,
-                    survival,
-                });
+                record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival });
             }
             if survival < 1.0 {
                 if u_roulette >= survival {
@@ -224,5 +234,59 @@ impl Path {
                 });
             }
         }
+    }
+}
+
+/// A point where a path scatters.
+struct PathVertex<'a> {
+    surface: &'a Surface,
+    frame: &'a Frame,
+    bsdf: &'a Bsdf<'a>,
+    wo: Vec3,
+    context: &'a LightContext,
+}
+
+/// Adds the light of one sampled light, weighted against finding it by the lobe.
+#[inline]
+fn add_light<N: Numbers, R: Record>(
+    world: &World,
+    vertex: &PathVertex<'_>,
+    wavelengths: &Wavelengths,
+    (beta, depth): (Lanes, u32),
+    numbers: &mut N,
+    radiance: &mut Lanes,
+    record: &mut R,
+) {
+    let (u_light, u_point) = (numbers.one(Domain::Light), numbers.two(Domain::Light));
+    if !vertex.bsdf.flags().is_non_specular() {
+        return;
+    }
+    let Some(sample) = world.sample_light(vertex.context, u_light, u_point, wavelengths) else { return };
+    let wi = vertex.frame.to_local(sample.wi);
+    let (f, p) = vertex.bsdf.eval_and_pdf(vertex.wo, wi, TransportMode::Radiance);
+    let value = beta * f * sample.radiance;
+    if value.is_black() {
+        return;
+    }
+    let weight = if sample.is_delta { 1.0 } else { power_weight(sample.pdf, p) };
+    let value = value * (weight / sample.pdf);
+    record.ray(RayKind::Shadow);
+    let occluded = record::occluded(world, &vertex.surface.shadow_ray(&sample), record);
+    if !occluded {
+        *radiance += value;
+    }
+    if R::DETAILED {
+        record.contribution(Contribution {
+            depth,
+            technique: Technique::LightSampling,
+            light: Some(sample.light),
+            direction: sample.wi,
+            end: sample.distance.is_finite().then(|| vertex.surface.p + sample.wi * sample.distance),
+            pdf: sample.pdf,
+            other_pdf: if sample.is_delta { 0.0 } else { p },
+            weight,
+            value,
+            occluded,
+        });
     }
 }

@@ -7,6 +7,7 @@
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::subsurface;
 use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, Lobes, TransportMode};
 use steradian_math::{Frame, Normal3, Point3, Ray, Vec3};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
@@ -152,8 +153,8 @@ impl VolPath {
             let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             walk.beta *= sample.weight;
-            let specular = sample.flags.contains(Lobes::SPECULAR);
-            let transmission = sample.flags.contains(Lobes::TRANSMISSION);
+            let mut specular = sample.flags.contains(Lobes::SPECULAR);
+            let mut transmission = sample.flags.contains(Lobes::TRANSMISSION);
             walk.p_scatter =
                 if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
             walk.r_l = walk.r_u;
@@ -162,26 +163,61 @@ impl VolPath {
             if transmission {
                 walk.eta_scale *= sample.eta * sample.eta;
             }
-            let wi = frame.from_local(sample.wi);
+            let (mut wi, mut weight) = (frame.from_local(sample.wi), sample.weight);
             differential =
                 differential.and_then(|d| surface.scattered_differential(&walk.ray, &d, &frame, wi, &sample));
-            walk.medium = world.medium_beyond(&surface, wi, walk.medium);
+            let medium = walk.medium;
+            walk.medium = world.medium_beyond(&surface, wi, medium);
             walk.ray = surface.spawn_ray(wi);
             record.ray(RayKind::Scattered);
+
+            // What goes into something translucent comes out elsewhere, and goes on from there. The density is already the
+            // mean over the lanes, so that their ratios stay as they are.
+            if transmission
+                && world.has_subsurface()
+                && let Some(inside) = world.subsurface(&surface, wavelengths)
+            {
+                let Some(exit) = subsurface::exit(world, (&surface, &frame), &inside, wavelengths, numbers, record)
+                else {
+                    break;
+                };
+                if R::DETAILED {
+                    let pdf = walk.p_scatter;
+                    record.bounce(Bounce { direction: wi, pdf, weight, specular, transmission, survival: 1.0 });
+                    record.vertex(Vertex {
+                        depth: walk.depth,
+                        p: exit.surface.p,
+                        n: exit.frame.normal(),
+                        material: world.material_name(&exit.surface),
+                        lobe: exit.bsdf.name().to_owned(),
+                        throughput: walk.beta * exit.weight,
+                    });
+                }
+                walk.beta *= exit.weight;
+                walk.medium = medium;
+                let context = LightContext::of_surface(&exit.surface, &exit.frame);
+                let vertex = Vertices::Surface { surface: &exit.surface, frame: &exit.frame, bsdf: &exit.bsdf };
+                walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+                let wo = exit.frame.to_local(exit.surface.wo);
+                let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+                let Some(out) = exit.bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
+                walk.beta *= out.weight;
+                // Coming out undoes the scaling of radiance by going in.
+                walk.eta_scale /= sample.eta * sample.eta;
+                (walk.p_scatter, walk.previous, walk.any_non_specular) = (out.pdf, Some(context), true);
+                (specular, transmission, weight, differential) = (false, false, out.weight, None);
+                wi = exit.frame.from_local(out.wi);
+                walk.medium = world.medium_beyond(&exit.surface, wi, medium);
+                walk.ray = exit.surface.spawn_ray(wi);
+                record.ray(RayKind::Scattered);
+            }
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
             let u_roulette = numbers.one(Domain::Other);
             let left = walk.beta * (walk.eta_scale / walk.hero.average(walk.r_u, wavelengths));
             let survival = if walk.depth > 1 { left.max_component().min(1.0) } else { 1.0 };
             if R::DETAILED {
-                record.bounce(Bounce {
-                    direction: wi,
-                    pdf: walk.p_scatter,
-                    weight: sample.weight,
-                    specular,
-                    transmission,
-                    survival,
-                });
+                record.bounce(Bounce { direction: wi, pdf: walk.p_scatter, weight, specular, transmission, survival });
             }
             if survival < 1.0 {
                 if u_roulette >= survival {

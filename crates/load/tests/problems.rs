@@ -392,10 +392,6 @@ fn what_is_not_supported_says_what_happens_instead() {
         ]
     );
     assert_eq!(
-        world("Material \"subsurface\" \"float scale\" 3"),
-        ["warning: the `subsurface` material is not supported yet; `diffuse` is used instead"]
-    );
-    assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),
         ["warning: a shape with an `interface` material cannot emit; its area light is ignored"]
     );
@@ -477,6 +473,31 @@ proptest! {
             prop_assert!(!d.render(&out.sources).is_empty());
         }
     }
+}
+
+#[test]
+fn materials_with_an_inside_say_what_does_not_fit() {
+    assert_eq!(
+        world("Material \"hair\" \"rgb color\" [.5 .4 .3] \"float eumelanin\" 2"),
+        ["warning: `eumelanin` of Material \"hair\" is ignored, since `color` is given"]
+    );
+    assert_eq!(
+        world("Material \"subsurface\" \"float g\" 1 \"float eta\" 0"),
+        [
+            "error: `g` of Material \"subsurface\" must be between -1 and 1, not 1",
+            "error: `eta` of Material \"subsurface\" must be positive",
+        ]
+    );
+    assert_eq!(
+        world("Material \"subsurface\" \"rgb sigma_a\" [1 1 1]"),
+        ["error: Material \"subsurface\" has `sigma_a` without `sigma_s`"]
+    );
+    assert_eq!(
+        world("Material \"subsurface\" \"string name\" \"Skim1\""),
+        ["error: unknown medium preset \"Skim1\" | did you mean `Skin1`?"]
+    );
+    assert_eq!(world("Material \"measured\""), ["error: Material \"measured\" needs a `string filename`"]);
+    assert_eq!(world("Material \"measured\" \"string filename\" \"no.bsdf\""), ["error: no.bsdf: no such file"]);
 }
 
 #[test]

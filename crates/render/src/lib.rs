@@ -3,6 +3,7 @@
 mod error;
 mod error_goal;
 mod fault;
+mod features;
 mod film;
 mod renderer;
 mod sample;
@@ -14,6 +15,7 @@ mod sums;
 pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
+pub use features::{Features, MOST_FEATURE_SAMPLES, features};
 pub use film::{Film, TILE_SIZE, Tile};
 pub use renderer::{
     ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted, run,

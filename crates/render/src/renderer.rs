@@ -111,6 +111,8 @@ pub struct Rendered {
     pub film: Film,
     /// Samples per pixel taken everywhere.
     pub spp: u32,
+    /// The number of samples per pixel to ask for to end here: of every pixel, or for an adaptive render, of its schedule.
+    pub nominal: u32,
     /// Why it ended.
     pub outcome: Outcome,
     /// What can be said of the error, if a goal was set and there are samples enough.
@@ -132,17 +134,15 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// From where rendering can go on.
-    pub fn snapshot(self, identity: &Identity, note: &[u8]) -> Snapshot {
-        Snapshot {
-            identity: identity.clone(),
-            note: note.to_vec(),
-            share: self.share,
-            spp: self.planned,
-            elapsed: self.elapsed,
-            film: self.unfinished.unwrap_or(self.film),
-            schedule: self.schedule,
+    /// From where rendering can go on: the bytes of a [`Snapshot`].
+    pub fn encode(&self, label: &Label) -> Vec<u8> {
+        let film = self.unfinished.as_ref().unwrap_or(&self.film);
+        let (round, tiles) = (self.schedule.round, film.tiles.len());
+        let mut w = Writer::new(label, self.share, self.planned, self.elapsed, film.bounds, round, tiles);
+        for (i, tile) in film.tiles.iter().enumerate() {
+            w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
+        w.finish()
     }
 
     /// The result that a film amounts to which was put together from parts.
@@ -152,6 +152,7 @@ impl Rendered {
         let schedule = Schedule::new(film.tiles.len());
         Self {
             spp,
+            nominal: spp,
             outcome: Outcome::Finished,
             bound: None,
             rays: film.rays(),
@@ -293,7 +294,7 @@ impl<C: Count> Job<'_, '_, C> {
                 break Outcome::ErrorReached;
             }
         };
-        self.result(film, schedule, unfinished, outcome, found)
+        self.result(film, schedule, unfinished, (outcome, nominal), found)
     }
 
     /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
@@ -331,7 +332,7 @@ impl<C: Count> Job<'_, '_, C> {
         film: Film,
         schedule: Schedule,
         unfinished: Option<Film>,
-        outcome: Outcome,
+        (outcome, nominal): (Outcome, u32),
         found: Found,
     ) -> Rendered {
         let next_look = schedule::look_at(schedule.round.max(5));
@@ -346,6 +347,7 @@ impl<C: Count> Job<'_, '_, C> {
         let (bad, bad_count) = film.bad();
         Rendered {
             spp: film.samples()[0],
+            nominal,
             outcome,
             bound: bound.filter(|b| b.is_finite()),
             rays: film.rays(),

@@ -155,9 +155,7 @@ impl Snapshot {
     /// [`Error::Damaged`] and [`Error::Version`].
     pub fn decode(bytes: &[u8]) -> Result<Snapshot, Error> {
         let damaged = |what: &str| Error::Damaged(what.into());
-        let Some((body, hash)) = bytes.split_at_checked(bytes.len().saturating_sub(HASH)) else {
-            return Err(damaged("too short"));
-        };
+        let (body, hash) = bytes.split_at(bytes.len().saturating_sub(HASH));
         if body.get(..8) != Some(&MAGIC) {
             return Err(damaged("it is no stored render"));
         }

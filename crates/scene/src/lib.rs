@@ -20,7 +20,9 @@ pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
 pub use light::{AreaLight, EnvironmentMapping, Light};
-pub use material::{Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput};
+pub use material::{
+    Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput, Translucency,
+};
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};

@@ -78,6 +78,25 @@ pub enum HairColor {
     },
 }
 
+/// What is inside of something translucent.
+#[derive(Clone, Copy, Debug)]
+pub enum Translucency {
+    /// Coefficients per unit length.
+    Coefficients {
+        /// Absorption.
+        sigma_a: SpectrumInput,
+        /// Scattering.
+        sigma_s: SpectrumInput,
+    },
+    /// How it looks.
+    Reflectance {
+        /// The colour of a thick piece.
+        reflectance: SpectrumInput,
+        /// Mean free path, a length.
+        mean_free_path: SpectrumInput,
+    },
+}
+
 /// The scattering model of a surface.
 #[derive(Clone, Debug)]
 pub enum Scattering {
@@ -145,6 +164,19 @@ pub enum Scattering {
     },
     /// Tabulated reflectance.
     Measured(Handle<MeasuredMaterial>),
+    /// A dielectric interface with something translucent below it.
+    Subsurface {
+        /// What is inside.
+        inside: Translucency,
+        /// Factor of the coefficients, or of the mean free path.
+        scale: f32,
+        /// Mean cosine of the phase function inside.
+        g: f32,
+        /// Index of refraction inside relative to outside.
+        eta: f32,
+        /// Microfacets of the interface.
+        roughness: Roughness,
+    },
     /// One of two materials, chosen by a hash of place and direction; the second with probability `amount`.
     Mix {
         /// The candidates.

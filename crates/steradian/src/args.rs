@@ -3,7 +3,12 @@
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
-use crate::numbers::{Crop, ExposureArg, Pixel, Size};
+use crate::aov::Aov;
+use crate::keep::KeepArgs;
+use crate::merge::MergeArgs;
+use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Size};
+use crate::selftest::SelftestArgs;
+use crate::stop::StopArgs;
 use crate::technique_args::TechniqueArgs;
 
 /// What `--help` says first.
@@ -41,7 +46,10 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render a scene to image files
     #[command(after_help = RENDER_NOTES)]
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
+    /// Join the parts of a distributed render
+    #[command(after_help = MERGE_NOTES)]
+    Merge(MergeArgs),
     /// Read a scene and report every problem in it
     Check(SceneArg),
     /// Say what is in a scene, or what an image file says about itself
@@ -52,6 +60,11 @@ pub(crate) enum Command {
     /// Trace one path again and print it vertex by vertex
     #[command(after_help = TRACE_NOTES)]
     Trace(TraceArgs),
+    /// Run the lecture's experiments and write a report that opens in any browser
+    #[command(after_help = LAB_NOTES)]
+    Lab(LabArgs),
+    /// Check on this machine that this build does what the theory says, in a minute
+    Selftest(SelftestArgs),
     /// Print completions for a shell
     #[command(
         after_help = "Example: steradian completions bash > ~/.local/share/bash-completion/completions/steradian"
@@ -60,6 +73,53 @@ pub(crate) enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
+}
+
+const LAB_NOTES: &str = "\
+Topics: aliasing supersampling adaptive gloss soft-shadows depth-of-field motion-blur cost penumbra quadrature estimator
+importance stratified mis roulette sequences convergence. Without one, all of them.
+
+Every claim of the lecture is predicted, measured, and judged; the exit code is 1 if one does not hold.
+
+Examples:
+  steradian lab                           all experiments, in under two minutes
+  steradian lab mis penumbra --full -o plates
+  steradian lab --quick --json -o report  one JSON object for each claim";
+
+/// `lab`.
+#[derive(Args, Debug)]
+pub(crate) struct LabArgs {
+    /// Topics; all if none is named
+    #[arg(value_name = "TOPIC")]
+    pub topics: Vec<String>,
+
+    /// The folder for the report, its pictures and numbers [default: steradian-lab]
+    #[arg(short, long = "output", value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub output: Option<PathBuf>,
+
+    /// A first look, in under two minutes on two cores [default]
+    #[arg(long, conflicts_with = "full")]
+    pub quick: bool,
+
+    /// More samples and finer pictures, in under twenty minutes
+    #[arg(long)]
+    pub full: bool,
+
+    /// Print one JSON object for each claim: topic, claim, predicted, measured, interval, verdict
+    #[arg(long)]
+    pub json: bool,
+
+    /// Where all random numbers start
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub threads: Option<u16>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 const RENDER_NOTES: &str = "\
@@ -73,25 +133,47 @@ Examples:
   steradian render scene.pbrt -o scene.exr -o scene.png --exposure auto
   steradian render scene.pbrt --spp 16 --crop 0.4,0.6,0.4,0.6    a quick look at the middle
   steradian render scene.pbrt --integrator normals -o normals.png
-  zcat scene.pbrt.gz | steradian render - -o scene.exr";
+  zcat scene.pbrt.gz | steradian render - -o scene.exr
+  steradian render scene.pbrt --error 1% --time 8h --checkpoint scene.ckpt --resume -o scene.exr    over night";
+
+const MERGE_NOTES: &str = "\
+Each part holds every sample of some tiles, or some samples of every tile, as sums in a fixed tree: joined in any order
+they give the bits of one render.
+
+Example:
+  for i in 1 2 3 4; do steradian render scene.pbrt --spp 1024 --shard $i/4 -o $i.part; done    on four machines
+  steradian merge 1.part 2.part 3.part 4.part -o scene.exr";
 
 /// `render`.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Clone)]
 pub(crate) struct RenderArgs {
     /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub scene: Option<PathBuf>,
 
+    /// Take every option that is not given here, and the scene, from an .exr that Steradian wrote
+    #[arg(long, value_name = "IMAGE", value_hint = ValueHint::FilePath)]
+    pub like: Option<PathBuf>,
+
     #[command(flatten)]
     pub output: OutputArgs,
+
+    /// Add channels to the .exr: a list of names with commas between them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Output")]
+    pub aov: Vec<Aov>,
+
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub stop: StopArgs,
+    #[command(flatten)]
+    pub keep: KeepArgs,
     #[command(flatten)]
     pub run: RunArgs,
 }
 
 /// Where the picture goes.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Clone)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputArgs {
     /// Write the picture to FILE: .exr .hdr .pfm hold light as it is, .png .jpg are tone mapped; may be given several times
@@ -122,6 +204,10 @@ pub(crate) struct PictureArgs {
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_SPP))]
     pub spp: Option<u32>,
+
+    /// Samples per pixel that the sampler lays its points out for, where that matters: zsobol, stratified [default: --spp]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_SPP))]
+    pub sampler_spp: Option<u32>,
 
     /// Width and height in pixels, as in 640x360; the field of view along the shorter side stays
     #[arg(long, value_name = "WxH")]
@@ -161,12 +247,24 @@ const MOST_DEPTH: i64 = 1_000_000;
 const MOST_THREADS: i64 = 1024;
 
 /// How to run.
-#[derive(Args, Debug)]
+#[derive(Args, Debug, Clone)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
     /// Threads; the picture does not depend on their number [default: one per core]
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
+
+    /// Refuse to start if the scene and the picture would take more memory than this, as in 8G
+    #[arg(long, value_name = "SIZE")]
+    pub max_memory: Option<Memory>,
+
+    /// How to show progress: as suits the terminal, or one JSON object a line on standard output
+    #[arg(long, value_name = "HOW", default_value = "auto")]
+    pub progress: ProgressArg,
+
+    /// Refresh FILE, a .png or .jpg, while rendering
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub preview: Option<PathBuf>,
 
     /// Print errors only
     #[arg(short, long)]
@@ -175,6 +273,15 @@ pub(crate) struct RunArgs {
     /// Start even what would take absurdly many rays
     #[arg(long)]
     pub yes: bool,
+}
+
+/// The forms of progress.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProgressArg {
+    /// A bar on a terminal, lines elsewhere
+    Auto,
+    /// One JSON object a line, for programs
+    Json,
 }
 
 /// The integrators.

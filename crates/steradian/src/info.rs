@@ -108,6 +108,7 @@ fn scattering_name(scattering: &Scattering) -> &'static str {
         Scattering::CoatedConductor { .. } => "coated conductor",
         Scattering::Hair { .. } => "hair",
         Scattering::Measured(_) => "measured",
+        Scattering::Subsurface { .. } => "subsurface",
         Scattering::Mix { .. } => "mix",
         Scattering::Interface => "interface",
     }

@@ -2,22 +2,32 @@
 //!
 //! Programs use [`load`] and [`render()`]; the binary uses [`run`]. All that lies beneath is in crates of its own.
 
+mod again;
+mod aov;
 mod args;
 mod check;
 mod compare;
 mod console;
+mod cryptomatte;
 mod face;
 mod failure;
+mod hashing;
 mod info;
 mod interrupt;
+mod lab;
+mod keep;
+mod merge;
 mod numbers;
 mod opened;
 mod output;
 mod overrides;
 mod progress;
 mod render;
+mod selftest;
+mod stop;
 mod technique_args;
 mod trace;
+mod watch;
 
 use std::ffi::OsString;
 
@@ -50,10 +60,13 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let result = match &cli.command {
         Command::Render(args) => render::run(args, &console),
+        Command::Selftest(args) => selftest::run_all(args, &console),
+        Command::Merge(args) => merge::run(args, &console),
         Command::Check(args) => check::run(args, &console),
         Command::Info(args) => info::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
         Command::Trace(args) => trace::run(args, &console),
+        Command::Lab(args) => lab::run(args, &console),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "steradian", &mut script);

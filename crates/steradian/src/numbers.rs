@@ -4,6 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
+use steradian_render::Part;
+
 /// Width and height, written `640x360`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub [u32; 2]);
@@ -91,6 +93,109 @@ impl FromStr for ExposureArg {
     }
 }
 
+/// A share: of 1 inside, in percent outside: `1%`, `0.5 %`, `1`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Percent(pub f64);
+
+impl FromStr for Percent {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Percent, String> {
+        match s.trim().trim_end_matches('%').trim().parse::<f64>() {
+            Ok(v) if v > 0.0 && v < 100.0 => Ok(Percent(v / 100.0)),
+            _ => Err("write a percentage between 0 and 100, as in 1%".into()),
+        }
+    }
+}
+
+impl fmt::Display for Percent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Three digits, and no more zeros than needed.
+        let v = self.0 * 100.0;
+        let digits = if v >= 100.0 {
+            0
+        } else if v >= 10.0 {
+            1
+        } else if v >= 1.0 {
+            2
+        } else {
+            3
+        };
+        let text = format!("{v:.digits$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        write!(f, "{text}%")
+    }
+}
+
+/// A length of time: `90`, `90s`, `10m`, `1h30m`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Span(pub Duration);
+
+impl FromStr for Span {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Span, String> {
+        let hint = || "write a time as in 90s, 10m or 1h30m".to_owned();
+        let (mut total, mut rest) = (0.0, s.trim());
+        if rest.is_empty() {
+            return Err(hint());
+        }
+        while !rest.is_empty() {
+            let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+            let number: f64 = rest[..end].parse().map_err(|_| hint())?;
+            let unit_end = rest[end..].find(|c: char| c.is_ascii_digit()).map_or(rest.len(), |i| end + i);
+            total += number
+                * match rest[end..unit_end].trim() {
+                    "" | "s" | "sec" => 1.0,
+                    "m" | "min" => 60.0,
+                    "h" => 3600.0,
+                    "d" => 86_400.0,
+                    "ms" => 0.001,
+                    _ => return Err(hint()),
+                };
+            rest = &rest[unit_end..];
+        }
+        Duration::try_from_secs_f64(total).map(Span).map_err(|_| hint())
+    }
+}
+
+/// One part of several, written `2/8`, counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ShardArg(pub Part);
+
+impl FromStr for ShardArg {
+    type Err = String;
+    fn from_str(s: &str) -> Result<ShardArg, String> {
+        const MOST: u32 = 1 << 20;
+        let number = |s: &str| s.trim().parse::<u32>().ok();
+        match s.split_once('/').and_then(|(i, n)| Some((number(i)?, number(n)?))) {
+            Some((i, n)) if i >= 1 && i <= n && n <= MOST => Ok(ShardArg(Part { index: i - 1, count: n })),
+            Some((_, n)) if n >= 1 && n <= MOST => Err(format!("parts are numbered from 1 to {n}")),
+            _ => Err("write it as I/N, as in 2/8 for the second of eight parts".into()),
+        }
+    }
+}
+
+/// An amount of memory, written `512M`, `8G`, `1.5GiB`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Memory(pub u64);
+
+impl FromStr for Memory {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Memory, String> {
+        let end = s.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(s.len());
+        let shift = match s[end..].trim().trim_end_matches("iB").trim_end_matches('B') {
+            "K" | "k" => 10,
+            "M" => 20,
+            "G" => 30,
+            "T" => 40,
+            _ => return Err("write an amount of memory as in 512M or 8G".into()),
+        };
+        match s[..end].parse::<f64>() {
+            Ok(v) if v > 0.0 && v < 1e6 => Ok(Memory((v * (1_u64 << shift) as f64) as u64)),
+            _ => Err("write an amount of memory as in 512M or 8G".into()),
+        }
+    }
+}
+
 /// A count with its digits in groups: `1,234,567`.
 pub(crate) fn count(n: u64) -> String {
     let digits = n.to_string();
@@ -157,6 +262,25 @@ mod tests {
         assert_eq!("-1.5".parse(), Ok(ExposureArg::Stops(-1.5)));
         assert_eq!("auto".parse(), Ok(ExposureArg::Auto));
         assert!("inf".parse::<ExposureArg>().is_err() && "NaN".parse::<ExposureArg>().is_err());
+    }
+
+    #[test]
+    fn shares_times_and_amounts() {
+        let percent = |s: &str| s.parse::<Percent>().map(|p| p.to_string());
+        assert_eq!(["1%", "0.5 %", "95", "12.5%"].map(|s| percent(s).unwrap()), ["1%", "0.5%", "95%", "12.5%"]);
+        assert!(["0", "100%", "-1", "x", "NaN", ""].iter().all(|s| percent(s).is_err()));
+        let span = |s: &str| s.parse::<Span>().map(|t| t.0.as_secs_f64());
+        assert_eq!(
+            ["90", "90s", "1.5m", "1h30m", "1h 2m 3s", "200ms"].map(|s| span(s).unwrap()),
+            [90.0, 90.0, 90.0, 5400.0, 3723.0, 0.2]
+        );
+        assert!(["", "m", "1x", "-5s", "1e9h", "9999999999999999999999h"].iter().all(|s| span(s).is_err()));
+        let shard = |s: &str| s.parse::<ShardArg>().map(|s| (s.0.index, s.0.count));
+        assert_eq!((shard("1/1"), shard("2/8")), (Ok((0, 1)), Ok((1, 8))));
+        assert_eq!(shard("9/8"), Err("parts are numbered from 1 to 8".into()));
+        assert!(["0/8", "1", "1/0", "a/b", "1/99999999"].iter().all(|s| shard(s).is_err()));
+        assert_eq!(["512M", "8G", "1.5GiB"].map(|s| s.parse::<Memory>().unwrap().0), [512 << 20, 8 << 30, 3 << 29]);
+        assert!(["8", "G", "-1G", "1X"].iter().all(|s| s.parse::<Memory>().is_err()));
     }
 
     #[test]

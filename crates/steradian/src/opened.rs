@@ -4,13 +4,14 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use steradian_load::{Disk, Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
+use steradian_load::{Disk, FileAccess, Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
 use steradian_scene::{Scene, World};
 use steradian_syntax::Severity;
 
 use crate::args::PictureArgs;
 use crate::console::Console;
 use crate::failure::{Failure, reason};
+use crate::hashing::Hashing;
 use crate::numbers;
 
 /// The scene that is rendered when none is named.
@@ -24,16 +25,32 @@ pub(crate) struct Opened {
     pub scene: Scene,
     /// How the user would name it again.
     pub name: String,
+    /// A hash of all that was read, before the command line changed anything.
+    pub hash: String,
     /// How long reading took.
     pub time: Duration,
 }
 
 /// Reads a scene: a file, `-` for standard input, or the one that is built in.
 pub(crate) fn read(path: Option<&Path>, options: &LoadOptions) -> Result<LoadOutcome, Failure> {
+    read_hashed(path, options).map(|(outcome, _)| outcome)
+}
+
+/// As `read`, with a hash of all that was read.
+fn read_hashed(path: Option<&Path>, options: &LoadOptions) -> Result<(LoadOutcome, String), Failure> {
+    let memory = Memory::new();
+    let files = Hashing::new(if path.is_some() { &Disk } else { &memory as &dyn FileAccess });
+    let outcome = read_through(path, options, &files)?;
+    let hash = files.hash();
+    Ok((outcome, hash))
+}
+
+fn read_through(path: Option<&Path>, options: &LoadOptions, files: &Hashing) -> Result<LoadOutcome, Failure> {
     match path {
         None => {
             let input = Input::Text { name: SHOWCASE_NAME, text: SHOWCASE, directory: Path::new("") };
-            Ok(load_pbrt(input, &Memory::new(), options))
+            files.note(SHOWCASE_NAME, SHOWCASE.as_bytes());
+            Ok(load_pbrt(input, files, options))
         }
         Some(path) if path == Path::new("-") => {
             let mut bytes = Vec::new();
@@ -44,9 +61,10 @@ pub(crate) fn read(path: Option<&Path>, options: &LoadOptions) -> Result<LoadOut
                 Failure::Input(format!("standard input: not UTF-8 text (byte {at} is not part of a character)"))
             })?;
             let input = Input::Text { name: "<stdin>", text: &text, directory: Path::new("") };
-            Ok(load_pbrt(input, &Disk, options))
+            files.note("<stdin>", text.as_bytes());
+            Ok(load_pbrt(input, files, options))
         }
-        Some(path) => Ok(load_pbrt(Input::File(path), &Disk, options)),
+        Some(path) => Ok(load_pbrt(Input::File(path), files, options)),
     }
 }
 
@@ -59,13 +77,13 @@ pub(crate) fn open(path: Option<&PathBuf>, picture: &PictureArgs, console: &Cons
         max_film_bytes: if picture.size.is_some() { u64::MAX } else { memory },
         ..LoadOptions::default()
     };
-    let outcome = read(path.map(PathBuf::as_path), &options)?;
+    let (outcome, hash) = read_hashed(path.map(PathBuf::as_path), &options)?;
     report(&outcome, console);
     let name = path.map_or(SHOWCASE_NAME.to_owned(), |p| p.display().to_string());
     let Some(mut scene) = outcome.scene else { return Err(Failure::Reported) };
     crate::overrides::apply(picture, &mut scene, console);
     check_memory(&scene, memory)?;
-    Ok(Opened { scene, name, time: start.elapsed() })
+    Ok(Opened { scene, name, hash, time: start.elapsed() })
 }
 
 /// Prints all problems; without errors, only a few of many warnings.
@@ -96,6 +114,22 @@ fn report(outcome: &LoadOutcome, console: &Console) {
 /// Builds what rendering needs.
 pub(crate) fn build(scene: Scene) -> Result<World, Failure> {
     World::build(scene).map_err(|e| Failure::Input(e.to_string()))
+}
+
+/// Refuses a world that would go beyond what the user allows.
+pub(crate) fn check_limit(world: &World, spp: u32, limit: u64) -> Result<(), Failure> {
+    let census = world.census();
+    let scene = (census.tree_bytes + census.mesh_bytes + census.image_bytes) as u64;
+    let film = film_bytes(world.settings().film.size(), spp);
+    if scene.saturating_add(film) <= limit {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "the scene takes {} and the picture {}, more than --max-memory {}; a smaller --size or a --crop makes the picture smaller",
+        numbers::bytes(scene),
+        numbers::bytes(film),
+        numbers::bytes(limit)
+    )))
 }
 
 /// Refuses what would not end, unless the user insists.

@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use steradian_image::{
-    Attribute, Chromaticities, Exposure, Format, Image, Operator, Precision, ToneMap, Window, WriteOptions, encode,
-    write_bytes_atomically,
+    Attribute, Chromaticities, Exposure, Format, Image, Metadata, Operator, Precision, ToneMap, Window, WriteOptions,
+    encode, write_bytes_atomically,
 };
-use steradian_render::{Outcome, Rendered};
+use steradian_render::{Film, Rendered};
 use steradian_scene::{FilmSettings, RenderSettings};
 use steradian_spectrum::ColorSpace;
 
 use crate::args::{OutputArgs, PictureArgs, ToneMapArg};
+use crate::console::Console;
 use crate::failure::{Failure, reason};
 use crate::numbers::ExposureArg;
 use crate::overrides;
+use crate::stop::StopArgs;
 
 /// The files to write, checked before any work is done.
 pub(crate) struct Outputs {
@@ -27,10 +29,26 @@ pub(crate) struct Outputs {
     half: bool,
 }
 
+impl From<ToneMapArg> for Operator {
+    fn from(arg: ToneMapArg) -> Operator {
+        match arg {
+            ToneMapArg::Clip => Operator::Clip,
+            ToneMapArg::Reinhard => Operator::Reinhard,
+            ToneMapArg::Hable => Operator::Hable,
+            ToneMapArg::Aces => Operator::Aces,
+            ToneMapArg::Agx => Operator::Agx,
+        }
+    }
+}
+
 impl Outputs {
-    /// Chooses the files and makes sure that they can be written.
-    pub fn prepare(args: &OutputArgs, scene_file: Option<&str>) -> Result<Outputs, Failure> {
-        let pictures = if args.output.is_empty() { default_files(scene_file) } else { args.output.clone() };
+    /// Chooses the files and makes sure that they can be written; `none` if there shall be no picture.
+    pub fn prepare(args: &OutputArgs, scene_file: Option<&str>, none: bool) -> Result<Outputs, Failure> {
+        let pictures = match () {
+            () if none => Vec::new(),
+            () if args.output.is_empty() => default_files(scene_file),
+            () => args.output.clone(),
+        };
         for path in &pictures {
             match format_of(path)? {
                 Format::Tga | Format::Bmp | Format::Qoi => {
@@ -56,15 +74,22 @@ impl Outputs {
             ExposureArg::Stops(s) => Exposure::Stops(s),
             ExposureArg::Auto => Exposure::Auto(0.0),
         };
-        let operator = match args.tonemap {
-            ToneMapArg::Clip => Operator::Clip,
-            ToneMapArg::Reinhard => Operator::Reinhard,
-            ToneMapArg::Hable => Operator::Hable,
-            ToneMapArg::Aces => Operator::Aces,
-            ToneMapArg::Agx => Operator::Agx,
-        };
+        let operator = Operator::from(args.tonemap);
         let options = WriteOptions { tone_map: Some(ToneMap { exposure, operator }), ..WriteOptions::default() };
         Ok(Outputs { pictures, variance: args.variance.clone(), options, half: args.half })
+    }
+
+    /// Says which files were written.
+    pub fn say(&self, console: &Console) {
+        for path in self.pictures.iter().chain(&self.variance) {
+            console.say(format_args!("wrote {}", path.display()));
+        }
+    }
+
+    /// Refreshes a picture for the eye while rendering goes on.
+    pub fn write_preview(&self, path: &Path, picture: &Image, raw: bool) -> Option<String> {
+        let options = WriteOptions { tone_map: self.options.tone_map.filter(|_| !raw), ..self.options.clone() };
+        write_one(path, &screen_picture(picture), &options)
     }
 
     /// Writes everything that can be written; the errors are of the files that could not.
@@ -74,7 +99,8 @@ impl Outputs {
         let options = WriteOptions { tone_map: self.options.tone_map.filter(|_| !raw), ..self.options.clone() };
         let mut full = picture.clone();
         if self.half {
-            full.set_precision(Precision::Half);
+            // Light; identities, counts and positions need what they have.
+            full.set_precision_of(&["R", "G", "B", "A"], Precision::Half);
         }
         let screen = screen_picture(picture);
         for path in &self.pictures {
@@ -108,7 +134,12 @@ fn screen_picture(image: &Image) -> Image {
     match (space, image.rgb()) {
         (Some(space), Some(pixels)) if space != ColorSpace::Srgb => {
             let converted: Vec<[f32; 3]> = pixels.into_iter().map(|p| space.emission_to_srgb(p)).collect();
-            Image::from_rgb(image.width(), image.height(), &converted).unwrap_or_else(|| image.clone())
+            let mut out = Image::from_rgb(image.width(), image.height(), &converted).unwrap_or_else(|| image.clone());
+            if let Some(alpha) = image.channel("A") {
+                // It fits: it is of the same size, and a picture from colours has no alpha yet.
+                let _ = out.add("A", alpha.to_vec(), Precision::Float);
+            }
+            out
         }
         _ => image.clone(),
     }
@@ -140,7 +171,7 @@ fn unwritable(path: &Path, what: &str) -> Failure {
 }
 
 /// Makes sure that a file can be created where `path` will be, so that nobody waits for a picture that cannot be kept.
-fn check(path: &Path) -> Result<(), Failure> {
+pub(crate) fn check(path: &Path) -> Result<(), Failure> {
     let refused = |why: String| Err(Failure::Environment(format!("cannot write {}: {why}", path.display())));
     if path.is_dir() {
         return refused("it is a folder".into());
@@ -166,26 +197,64 @@ fn check(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// What the run was, for the picture's metadata.
+/// What the run is, for the picture's metadata.
 pub(crate) struct Story<'a> {
     /// The scene as the user named it.
     pub scene: &'a str,
-    /// The settings that were in force.
+    /// See [`crate::opened::Opened::hash`].
+    pub scene_hash: &'a str,
+    /// The settings that are in force.
     pub settings: &'a RenderSettings,
     /// What the command line replaced.
     pub picture: &'a PictureArgs,
-    /// Threads.
-    pub threads: usize,
+    /// When it ends.
+    pub stop: &'a StopArgs,
+}
+
+/// All that can be said before rendering: the part of a picture's metadata that every part of a distributed render has as well.
+pub(crate) fn manifest(story: &Story) -> Metadata {
+    let settings = story.settings;
+    let mut meta = Metadata::default();
+    meta.set("software", text(concat!("Steradian ", env!("CARGO_PKG_VERSION"))));
+    meta.set("steradian.version", text(env!("CARGO_PKG_VERSION")));
+    meta.set("steradian.scene", text(story.scene));
+    meta.set("steradian.sceneHash", text(story.scene_hash));
+    meta.set("steradian.options", text((overrides::as_typed(story.picture) + &story.stop.as_typed()).trim()));
+    meta.set("steradian.seed", text(settings.sampler.seed.to_string()));
+    meta.set("steradian.plannedSpp", int(settings.sampler.spp));
+    meta.set("steradian.sampler", text(overrides::sampler_name(settings.sampler.kind)));
+    meta.set("steradian.integrator", text(overrides::integrator_name(settings.integrator.kind)));
+    meta.set("steradian.maxDepth", int(settings.integrator.max_depth));
+    meta.set("steradian.color", text(overrides::color_name(settings.color)));
+    let biased = biased_options(settings);
+    if !biased.is_empty() {
+        meta.set("steradian.biased", text(biased.join(", ")));
+    }
+    place(&mut meta, &settings.film);
+    meta
+}
+
+/// The manifest as bytes, for files that are no pictures yet: a picture of one pixel.
+pub(crate) fn note_of_metadata(metadata: &Metadata) -> Vec<u8> {
+    let mut carrier = Image::new(1, 1);
+    carrier.metadata = metadata.clone();
+    let named = carrier.add("Y", vec![0.0], Precision::Half);
+    let bytes = named.and_then(|()| encode(&carrier, Format::Exr, "description", &WriteOptions::default()));
+    bytes.unwrap_or_default()
+}
+
+/// And back.
+pub(crate) fn metadata_of_note(note: &[u8]) -> Option<Metadata> {
+    steradian_image::read(note, "description.exr").ok().map(|i| i.metadata)
 }
 
 /// The picture, and the variance of its pixels' means, with all that they say about themselves.
-pub(crate) fn images(rendered: &Rendered, story: &Story) -> (Image, Image) {
-    let film = &story.settings.film;
+pub(crate) fn images(rendered: &Rendered, manifest: &Metadata, threads: Option<usize>) -> (Image, Image) {
     let make = |pixels: Vec<[f32; 3]>| {
         let [w, h] = rendered.film.size();
         let mut image = Image::from_rgb(w, h, &pixels).unwrap_or_else(|| Image::new(w, h));
-        describe(&mut image, rendered, story);
-        place(&mut image, film);
+        image.metadata = manifest.clone();
+        describe(&mut image.metadata, rendered, threads);
         image
     };
     let mean = make(rendered.film.mean());
@@ -194,14 +263,22 @@ pub(crate) fn images(rendered: &Rendered, story: &Story) -> (Image, Image) {
     (mean, variance)
 }
 
-fn place(image: &mut Image, film: &FilmSettings) {
+/// The picture as it stands.
+pub(crate) fn unfinished(film: &Film, manifest: &Metadata) -> Option<Image> {
+    let [w, h] = film.size();
+    let mut image = Image::from_rgb(w, h, &film.mean())?;
+    image.metadata = manifest.clone();
+    Some(image)
+}
+
+fn place(meta: &mut Metadata, film: &FilmSettings) {
     let [x0, _, y0, _] = film.pixel_bounds;
-    image.metadata.origin = [x0 as i32, y0 as i32];
+    meta.origin = [x0 as i32, y0 as i32];
     let [width, height] = film.resolution.map(|n| n as usize);
-    image.metadata.frame = Some(Window { x: 0, y: 0, width, height });
+    meta.frame = Some(Window { x: 0, y: 0, width, height });
     if film.color_space != ColorSpace::Srgb {
         let [red, green, blue] = film.color_space.primaries();
-        image.metadata.chromaticities = Some(Chromaticities { red, green, blue, white: film.color_space.white() });
+        meta.chromaticities = Some(Chromaticities { red, green, blue, white: film.color_space.white() });
     }
 }
 
@@ -209,43 +286,40 @@ fn text(s: impl Into<String>) -> Attribute {
     Attribute::Text(s.into())
 }
 
-fn describe(image: &mut Image, rendered: &Rendered, story: &Story) {
-    let settings = story.settings;
-    let meta = &mut image.metadata;
-    let int = |v: u32| Attribute::Int(i32::try_from(v).unwrap_or(i32::MAX));
-    meta.set("software", text(concat!("Steradian ", env!("CARGO_PKG_VERSION"))));
+fn int(v: u32) -> Attribute {
+    Attribute::Int(i32::try_from(v).unwrap_or(i32::MAX))
+}
+
+/// What is known after rendering.
+fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
     meta.set("samplesPerPixel", int(rendered.spp));
+    let [least, most] = rendered.film.samples();
+    if least != most {
+        meta.set("steradian.averageSpp", Attribute::Double(rendered.film.average_samples()));
+        meta.set("steradian.mostSpp", int(most));
+    }
+    // What --spp would have ended here.
+    meta.set("steradian.nominalSpp", int(rendered.nominal));
     meta.set("renderTimeSeconds", Attribute::Float(rendered.elapsed.as_secs_f32()));
-    meta.set("steradian.version", text(env!("CARGO_PKG_VERSION")));
-    meta.set("steradian.scene", text(story.scene));
-    meta.set("steradian.options", text(overrides::as_typed(story.picture).trim()));
-    meta.set("steradian.seed", text(settings.sampler.seed.to_string()));
-    meta.set("steradian.plannedSpp", int(settings.sampler.spp));
-    meta.set("steradian.sampler", text(overrides::sampler_name(settings.sampler.kind)));
-    meta.set("steradian.integrator", text(overrides::integrator_name(settings.integrator.kind)));
-    meta.set("steradian.maxDepth", int(settings.integrator.max_depth));
-    meta.set("steradian.color", text(overrides::color_name(settings.color)));
-    meta.set(
-        "steradian.outcome",
-        text(match rendered.outcome {
-            Outcome::Finished => "finished",
-            Outcome::ErrorReached => "error reached",
-            Outcome::TimeLimit => "time limit",
-            Outcome::Interrupted => "interrupted",
-        }),
-    );
+    meta.set("steradian.outcome", text(crate::stop::outcome_name(rendered.outcome)));
+    if let Some(bound) = rendered.bound {
+        meta.set("steradian.errorBound", Attribute::Float(bound as f32));
+    }
     if rendered.bad_count > 0 {
         meta.set("steradian.badSamples", text(rendered.bad_count.to_string()));
     }
-    let biased = biased_options(settings);
-    if !biased.is_empty() {
-        meta.set("steradian.biased", text(biased.join(", ")));
-    }
     meta.set("steradian.date", text(utc(SystemTime::now())));
-    meta.set("steradian.threads", int(story.threads as u32));
+    if let Some(threads) = threads {
+        meta.set("steradian.threads", int(threads as u32));
+    }
     if let Some(host) = host() {
         meta.set("steradian.host", text(host));
     }
+}
+
+/// Whether an integrator's pixels are numbers that no exposure may change.
+pub(crate) fn is_raw_name(integrator: &str) -> bool {
+    matches!(integrator, "normals" | "albedo" | "depth" | "uv")
 }
 
 /// The settings that make the picture converge to something else than the scene.

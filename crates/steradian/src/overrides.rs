@@ -28,6 +28,10 @@ pub(crate) fn apply(picture: &PictureArgs, scene: &mut Scene, console: &Console)
         sampler.spp = spp;
         sampler.strata = [0, 0];
     }
+    if let Some(planned) = picture.sampler_spp {
+        sampler.spp = planned;
+        sampler.strata = [0, 0];
+    }
     if let Some(seed) = picture.seed {
         sampler.seed = seed;
     }
@@ -150,6 +154,7 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
         value?.to_possible_value().map(|v| v.get_name().to_owned())
     }
     add("spp", picture.spp.map(|v| v.to_string()));
+    add("sampler-spp", picture.sampler_spp.map(|v| v.to_string()));
     add("size", picture.size.map(|v| v.to_string()));
     add("crop", picture.crop.map(|v| v.to_string()));
     add("seed", picture.seed.map(|v| v.to_string()));
@@ -170,6 +175,7 @@ mod tests {
     fn options_are_typed_out_in_full() {
         let picture = PictureArgs {
             spp: Some(8),
+            sampler_spp: Some(64),
             size: Some(Size([32, 16])),
             crop: Some(Crop([0.0, 0.5, 0.25, 1.0])),
             seed: Some(u64::MAX),
@@ -181,7 +187,7 @@ mod tests {
         };
         assert_eq!(
             as_typed(&picture),
-            " --spp 8 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
+            " --spp 8 --sampler-spp 64 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
              --max-depth 3 --color rgb --split 4"
         );
         assert_eq!(as_typed(&PictureArgs::default()), "");

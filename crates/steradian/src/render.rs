@@ -1,35 +1,56 @@
 //! `steradian render`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use steradian_render::{BadSample, Fault, Outcome, Plan, Rendered};
-use steradian_scene::{IntegratorKind, World};
+use steradian_image::{Format, Metadata};
+use steradian_render::{BadSample, Fault, Label, Outcome, Rendered, Snapshot, Task};
+use steradian_scene::{IntegratorKind, RenderSettings, World};
 
+use crate::aov::{self, Aov};
 use crate::args::RenderArgs;
 use crate::console::Console;
 use crate::failure::{DONE, Failure, INTERRUPTED};
 use crate::numbers::ExposureArg;
 use crate::output::{self, Outputs, Story};
 use crate::progress::{Display, percent};
-use crate::{interrupt, numbers, opened, overrides};
+use crate::watch::Watch;
+use crate::{again, interrupt, keep, numbers, opened, overrides, stop};
 
 /// Renders and writes; the exit code.
 pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let console = console.quiet(args.run.quiet);
     interrupt::listen();
+    let (args, expected_hash) = again::complete(args)?;
+    let args = &args;
     // Before the scene is read, as far as the command line alone decides: a scene may take minutes to read.
+    let part = part_file(args)?;
     let known = !args.output.output.is_empty() || args.scene.is_none();
-    let early = if known { Some(Outputs::prepare(&args.output, None)?) } else { None };
+    let early = if known { Some(prepare(args, part, None)?) } else { None };
+    let resume = keep::open(&args.keep)?;
 
-    let opened = opened::open(args.scene.as_ref(), &args.picture, &console)?;
+    let display = Display::new(args.run.progress, &console);
+    display.phase("load");
+    let mut opened = opened::open(args.scene.as_ref(), &args.picture, &console)?;
     let outputs = match early {
         Some(outputs) => outputs,
-        None => Outputs::prepare(&args.output, Some(&opened.scene.settings.film.filename))?,
+        None => prepare(args, part, Some(&opened.scene.settings.film.filename))?,
     };
+    if expected_hash.is_some_and(|hash| hash != opened.hash) {
+        console.warning("the scene's files are not those that the image of --like was made from");
+    }
+    let spp = args.stop.most_spp(args.picture.spp, opened.scene.settings.sampler.spp);
+    if let Some(snapshot) = &resume {
+        continue_points(snapshot, args, &mut opened.scene.settings, &console);
+    }
+    display.phase("build");
     let start = Instant::now();
     let world = opened::build(opened.scene)?;
+    if let Some(limit) = args.run.max_memory {
+        opened::check_limit(&world, spp.min(1 << 12), limit.0)?;
+    }
     opened::check_cost(&world, args.run.yes)?;
     console.say(format_args!(
         "{}: read in {}, prepared in {}",
@@ -39,22 +60,125 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     ));
 
     let threads = args.run.threads.map_or_else(default_threads, usize::from);
-    let plan = Plan { spp: world.settings().sampler.spp, threads, time_limit: None };
+    let share = keep::share(args.keep.shard, world.settings().film.pixel_bounds);
+    let goals = args.stop.goals(share, &args.output);
+    let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share);
+    if let (Some(snapshot), Some(path)) = (&resume, &args.keep.checkpoint) {
+        keep::check(path, snapshot, &identity)?;
+        let done = snapshot.film.average_samples();
+        console.say(format_args!("going on from {} with {done:.1} samples per pixel", path.display()));
+    }
+    let story = Story {
+        scene: &opened.name,
+        scene_hash: &opened.hash,
+        settings: world.settings(),
+        picture: &args.picture,
+        stop: &args.stop,
+    };
+    let manifest = output::manifest(&story);
+    let note = output::note_of_metadata(&manifest);
+    let label = Label { identity: &identity, note: &note };
+    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), &console);
     let working = interrupt::Working::begin();
-    let display = Display::new(&console);
-    let rendered = quietly(|| steradian_render::render(&world, &plan, &display, interrupt::flag()));
-    display.finish();
-
+    let task = Task { world: &world, plan: args.stop.plan(spp, threads), goals, label, resume };
+    let rendered = quietly(|| steradian_render::run(task, &watch, interrupt::flag()));
+    watch.display.finish();
+    watch.display.phase("write");
     report_bad_samples(&rendered, args, &console);
-    let story = Story { scene: &opened.name, settings: world.settings(), picture: &args.picture, threads };
-    let (picture, variance) = output::images(&rendered, &story);
-    let failed = outputs.write(&picture, Some(&variance), is_raw(&world));
+    let failed = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world));
     drop(working);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
     }
-    summary(&rendered, &outputs, args, &console);
+    summary(&rendered, &outputs, args, part, &console);
+    let files = outputs.pictures.iter().chain(&outputs.variance).map(PathBuf::as_path).chain(part);
+    watch.display.summary(&rendered, &files.map(|p| p.display().to_string()).collect::<Vec<_>>());
     Ok(if rendered.outcome == Outcome::Interrupted { INTERRUPTED } else { DONE })
+}
+
+/// Writes the checkpoint, the part and the pictures: everything that can be written. What could not.
+fn write(
+    rendered: &Rendered,
+    outputs: &Outputs,
+    watch: &Watch,
+    part: Option<&Path>,
+    (manifest, threads): (&Metadata, usize),
+    label: Label,
+    (aovs, world): (&[Aov], &World),
+) -> Vec<String> {
+    let mut failed = Vec::new();
+    if watch.keeper.is_some() || part.is_some() {
+        let bytes = rendered.encode(&label);
+        failed.extend(watch.keeper.as_ref().and_then(|k| k.finish(&bytes).err()));
+        failed.extend(part.and_then(|path| keep::store(path, &bytes).err()));
+    }
+    if part.is_none() {
+        let (mut picture, variance) = output::images(rendered, manifest, Some(threads));
+        // A second signal ends the program at once; the first one, which ended the render, does not end this.
+        match aov::add(&mut picture, aovs, rendered, world, threads, &AtomicBool::new(false)) {
+            Ok(_) => {}
+            Err(e) => failed.push(format!("the channels of --aov cannot be added: {e}")),
+        }
+        failed.extend(outputs.write(&picture, Some(&variance), watch.raw));
+    }
+    failed
+}
+
+/// The file for a part of a distributed render, if one is to be made.
+fn part_file(args: &RenderArgs) -> Result<Option<&Path>, Failure> {
+    let parts = || args.output.output.iter().map(PathBuf::as_path).filter(|p| keep::is_part(p));
+    let wrong = |what: &str| Err(Failure::Input(what.to_owned()));
+    match (args.keep.shard, parts().next(), args.output.output.len()) {
+        (None, None, _) => Ok(None),
+        (None, Some(_), _) => wrong("a .part is made by --shard I/N"),
+        (Some(_), Some(path), 1) if args.output.variance.is_none() && args.run.preview.is_none() => {
+            if args.stop.is_open_ended() || args.stop.adaptive {
+                return wrong(
+                    "with --shard the number of samples is fixed: --time, --error and --adaptive do not apply",
+                );
+            }
+            output::check(path)?;
+            Ok(Some(path))
+        }
+        (Some(_), _, _) => wrong("--shard makes no picture: give one -o FILE.part, and make the picture with merge"),
+    }
+}
+
+/// The pictures to write; none where a part is made.
+fn prepare(args: &RenderArgs, part: Option<&Path>, scene_file: Option<&str>) -> Result<Outputs, Failure> {
+    if let Some(path) = &args.run.preview {
+        let name = path.display().to_string();
+        if !matches!(Format::from_name(&name), Some(Format::Png | Format::Jpeg)) {
+            return Err(Failure::Input(format!("{name}: a preview is a .png or .jpg")));
+        }
+        output::check(path)?;
+    }
+    let outputs = Outputs::prepare(&args.output, scene_file, part.is_some())?;
+    let takes = |p: &PathBuf, aov: Aov| match Format::from_name(&p.to_string_lossy()) {
+        Some(Format::Exr) => true,
+        Some(Format::Png) => aov == Aov::Alpha,
+        _ => false,
+    };
+    if let Some(lost) = args.aov.iter().find(|&&aov| !outputs.pictures.iter().any(|p| takes(p, aov))) {
+        return Err(Failure::Input(format!("--aov {} needs an .exr to be written to", lost.name())));
+    }
+    Ok(outputs)
+}
+
+/// Points that were laid out for a number of samples stay so when a render goes on to more.
+fn continue_points(snapshot: &Snapshot, args: &RenderArgs, settings: &mut RenderSettings, console: &Console) {
+    let stored = snapshot.identity.get("sampler-spp").and_then(|v| v.parse::<u32>().ok());
+    let Some(stored) = stored.filter(|&n| n != settings.sampler.spp && args.picture.sampler_spp.is_none()) else {
+        return;
+    };
+    let strata = settings.sampler.strata;
+    settings.sampler.spp = stored;
+    settings.sampler.strata = if args.picture.spp.is_some() { [0, 0] } else { strata };
+    console.say(format_args!(
+        "the {} points were laid out for {}, and stay so: the picture will be that of --sampler-spp {stored}",
+        overrides::sampler_name(settings.sampler.kind),
+        numbers::counted(u64::from(stored), "sample"),
+    ));
 }
 
 /// One thread per core that this process may use.
@@ -128,21 +252,35 @@ fn shell_word(path: &Path) -> String {
 }
 
 /// Says where the picture is and what to try next.
-fn summary(rendered: &Rendered, outputs: &Outputs, args: &RenderArgs, console: &Console) {
-    let rays = rendered.rays.total();
-    if rendered.outcome == Outcome::Interrupted && rendered.spp == 0 {
+fn summary(rendered: &Rendered, outputs: &Outputs, args: &RenderArgs, part: Option<&Path>, console: &Console) {
+    let [least, most] = rendered.film.samples();
+    let interrupted = rendered.outcome == Outcome::Interrupted;
+    if interrupted && least == 0 && part.is_none() {
         console.say("stopped before every pixel had its first sample: the picture has holes");
+    } else if interrupted && least != most && part.is_none() && !args.stop.is_adaptive() {
+        console.say("stopped inside a pass that had been resumed: some tiles are a pass ahead");
     }
+    let why = match rendered.outcome {
+        Outcome::Finished => "",
+        Outcome::ErrorReached => ", good enough,",
+        Outcome::TimeLimit => ", out of time,",
+        Outcome::Interrupted => ", interrupted,",
+    };
     console.say(format_args!(
-        "{} per pixel{} in {}, {:.1} Mrays/s{}",
-        numbers::counted(u64::from(rendered.spp), "sample"),
-        if rendered.outcome == Outcome::Interrupted { ", interrupted," } else { "" },
+        "{}{why} in {}, {:.1} Mrays/s{}",
+        stop::samples_in_words(rendered),
         numbers::duration(rendered.elapsed),
-        numbers::mega_rate(rays, rendered.elapsed),
+        numbers::mega_rate(rendered.rays.total(), rendered.elapsed),
         rendered.film.relative_error().map_or(String::new(), |e| format!(", error {}", percent(e))),
     ));
-    for path in outputs.pictures.iter().chain(&outputs.variance) {
-        console.say(format_args!("wrote {}", path.display()));
+    if let Some(bound) = rendered.bound {
+        console.say(args.stop.statement(bound));
+    }
+    outputs.say(console);
+    if let Some(part) = part {
+        let state = if interrupted { ", which is not complete" } else { "" };
+        console.say(format_args!("wrote {}{state}", part.display()));
+        return;
     }
     console.say(format_args!("next: {}", suggestion(args, outputs)));
 }

@@ -99,7 +99,7 @@ fn a_slip_on_the_command_line_is_answered_with_what_was_meant() {
     let f = Folder::with_scene();
     for (line, parts) in [
         ("rendr small.pbrt", ["unrecognized subcommand 'rendr'", "similar subcommand exists: 'render'"]),
-        ("render small.pbrt --ssp 4", ["unexpected argument '--ssp'", "similar argument exists: '--spp'"]),
+        ("render small.pbrt --treads 4", ["unexpected argument '--treads'", "similar argument exists: '--threads'"]),
         ("render small.pbrt --integrator pth", ["invalid value 'pth'", "similar value exists: 'path'"]),
         ("render small.pbrt --spp 0", ["invalid value '0' for '--spp <N>'", "0 is not in 1..=16777216"]),
         ("render small.pbrt --spp lots", ["invalid value 'lots' for '--spp <N>'", "invalid digit"]),

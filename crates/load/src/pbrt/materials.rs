@@ -2,6 +2,7 @@
 
 use super::Loader;
 use super::images::ImageUse;
+use super::media::presets;
 use super::names::defined_twice;
 use super::params::Params;
 use crate::files::read_all;
@@ -9,8 +10,9 @@ use crate::tensor::measured_material;
 use steradian_image::{Encoding, Lookup, Wrap};
 use steradian_scene::{
     Coat, FloatInput, HairColor, Handle, Ior, Material, Metal, Roughness, Scattering, Scene, SpectrumTexture, Texture,
+    Translucency,
 };
-use steradian_spectrum::{Spectrum, SpectrumUse, named};
+use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, named};
 use steradian_syntax::{Diagnostic, Directive, ParamType, Span, Values, did_you_mean};
 
 /// A material whose handle is in use but which is not built yet.
@@ -172,13 +174,7 @@ impl Loader<'_> {
                 p.warning(format!("material \"{kind}\" is deprecated; write \"interface\""), None);
                 Scattering::Interface
             }
-            "subsurface" => {
-                p.warning(format!("the `{kind}` material is not supported yet; `diffuse` is used instead"), None);
-                let name = if p.has("color") && !p.has("reflectance") { "color" } else { "reflectance" };
-                let reflectance = self.spectrum_texture(p, name, albedo, 0.5);
-                p.accept_all();
-                Scattering::Diffuse { reflectance }
-            }
+            "subsurface" => self.subsurface(p),
             _ => {
                 let d = Diagnostic::error(format!("unknown material \"{kind}\""), p.span);
                 p.diagnostics.push(match (did_you_mean(kind, TYPES), v3_name(kind)) {
@@ -280,6 +276,67 @@ impl Loader<'_> {
             eumelanin: eumelanin.unwrap_or_else(|| self.float_constant(brown)),
             pheomelanin: pheomelanin.unwrap_or_else(|| self.float_constant(0.0)),
         }
+    }
+
+    fn subsurface(&mut self, p: &mut Params) -> Scattering {
+        let mut g = p.float("g", 0.0);
+        if !(g > -1.0 && g < 1.0) {
+            let span = p.span_of("g");
+            p.error(format!("`g` of {} must be between -1 and 1, not {g}", p.what()), span);
+            g = 0.0;
+        }
+        let mut eta = p.float("eta", 1.33);
+        if !(eta > 0.0 && eta.is_finite()) {
+            let span = p.span_of("eta");
+            p.error(format!("`eta` of {} must be positive", p.what()), span);
+            eta = 1.33;
+        }
+        let inside = match self.preset(p) {
+            Some(inside) => {
+                if g != 0.0 {
+                    let span = p.span_of("g");
+                    p.warning("`g` is ignored, since named media have reduced coefficients", span);
+                    g = 0.0;
+                }
+                inside
+            }
+            None => self.translucency(p),
+        };
+        Scattering::Subsurface { inside, scale: p.float("scale", 1.0), g, eta, roughness: self.roughness(p, ROUGHNESS) }
+    }
+
+    /// The coefficients of a named medium, if a name is given.
+    fn preset(&mut self, p: &mut Params) -> Option<Translucency> {
+        let (name, span) = p.string("name").filter(|(name, _)| !name.is_empty())?;
+        let Some(preset) = presets::find(&name) else {
+            let d = Diagnostic::error(format!("unknown medium preset \"{name}\""), span);
+            p.diagnostics.push(d.with_suggestion(did_you_mean(&name, presets::names())));
+            return None;
+        };
+        let mut of = |rgb| self.spectrum_constant(Spectrum::rgb_unbounded(ColorSpace::Srgb, rgb));
+        Some(Translucency::Coefficients { sigma_a: of(preset.sigma_a), sigma_s: of(preset.sigma_s) })
+    }
+
+    fn translucency(&mut self, p: &mut Params) -> Translucency {
+        let unbounded = SpectrumUse::Unbounded;
+        let sigma_a = self.maybe_spectrum_texture(p, "sigma_a", unbounded);
+        let sigma_s = self.maybe_spectrum_texture(p, "sigma_s", unbounded);
+        for (given, name, other) in [(sigma_a, "sigma_a", "sigma_s"), (sigma_s, "sigma_s", "sigma_a")] {
+            if given.is_some() && (sigma_a.is_none() || sigma_s.is_none()) {
+                let span = p.span_of(name);
+                p.error(format!("{} has `{name}` without `{other}`", p.what()), span);
+            }
+        }
+        if let (Some(sigma_a), Some(sigma_s)) = (sigma_a, sigma_s) {
+            return Translucency::Coefficients { sigma_a, sigma_s };
+        }
+        if let Some(reflectance) = self.maybe_spectrum_texture(p, "reflectance", SpectrumUse::Albedo) {
+            let mean_free_path = self.spectrum_texture(p, "mfp", unbounded, 1.0);
+            return Translucency::Reflectance { reflectance, mean_free_path };
+        }
+        // Whole milk, per millimetre.
+        let mut of = |rgb| self.spectrum_constant(Spectrum::rgb_unbounded(ColorSpace::Srgb, rgb));
+        Translucency::Coefficients { sigma_a: of([0.0011, 0.0024, 0.014]), sigma_s: of([2.55, 3.21, 3.77]) }
     }
 
     fn measured(&mut self, p: &mut Params) -> Scattering {

@@ -66,6 +66,14 @@ fn go(
     (rendered, i.last.into_inner().unwrap())
 }
 
+/// What can be gone on with.
+fn kept(rendered: &Rendered) -> Snapshot {
+    let bytes = rendered.encode(&Label { identity: &Identity::new(), note: &[] });
+    let snapshot = Snapshot::decode(&bytes).unwrap();
+    assert_eq!(snapshot.encode(), bytes);
+    snapshot
+}
+
 /// Killed at random moments again and again: the last checkpoint that was stored is all that is known.
 #[test]
 fn a_render_that_is_killed_and_resumed_is_the_same() {
@@ -101,7 +109,7 @@ fn an_interrupted_picture_is_of_whole_passes() {
     assert!(least == most && least == stopped.spp && least > 0, "{least} {most}");
     let plan = Plan { spp: stopped.spp, threads: 1, time_limit: None };
     assert_eq!(stopped.film.mean(), render(&world, &plan, &Quiet, &AtomicBool::new(false)).film.mean());
-    let snapshot = stopped.snapshot(&Identity::new(), b"");
+    let snapshot = kept(&stopped);
     assert!(snapshot.film.total_samples() > u64::from(least) * 1600, "the pass is not lost");
     let (finished, _) = go(&world, &Goals::default(), 2, Some(snapshot), None);
     assert!(finished.film == whole.film);
@@ -118,8 +126,8 @@ fn a_finished_render_goes_on_to_more_samples() {
             let plan = Plan { spp, threads: 2, time_limit: None };
             run(Task { world: &world, plan, goals: goals.clone(), label, resume }, &Quiet, &AtomicBool::new(false))
         };
-        let first = at(50, None).snapshot(&Identity::new(), &[]);
-        let second = at(71, Some(first)).snapshot(&Identity::new(), &[]);
+        let first = kept(&at(50, None));
+        let second = kept(&at(71, Some(first)));
         assert!(at(100, Some(second)).film == at(100, None).film, "{kind}");
     }
 }
@@ -139,8 +147,7 @@ fn shares_join_to_the_whole() {
                     let goals = Goals { share, ..Goals::default() };
                     let label = Label { identity: &identity, note: &[] };
                     let task = Task { world: &world, plan: plan.clone(), goals, label, resume: None };
-                    let bytes = run(task, &Quiet, &AtomicBool::new(false)).snapshot(&identity, &[]).encode();
-                    Snapshot::decode(&bytes).unwrap()
+                    kept(&run(task, &Quiet, &AtomicBool::new(false)))
                 })
                 .collect();
             parts.reverse();

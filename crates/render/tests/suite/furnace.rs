@@ -17,7 +17,7 @@ const SAMPLERS: [SamplerKind; 6] = [
     SamplerKind::ZSobol,
 ];
 
-fn run(scene: Scene, spp: u32) -> Rendered {
+pub fn run(scene: Scene, spp: u32) -> Rendered {
     let world = World::build(scene).expect("a sound scene");
     let plan = Plan { spp, threads: 2, time_limit: None };
     let r = render(&world, &plan, &Quiet, &AtomicBool::new(false));
@@ -27,7 +27,7 @@ fn run(scene: Scene, spp: u32) -> Rendered {
 
 /// The mean of the image must be within `z` standard errors of the value, channel by channel, plus a relative
 /// tolerance for what is tabulated (spectra). False alarm rate: below 1e-7 for each check at z = 5.5.
-fn check_mean(r: &Rendered, expected: [f32; 3], tolerance: f32, what: &str) {
+pub fn check_mean(r: &Rendered, expected: [f32; 3], tolerance: f32, what: &str) {
     let (mean, variance) = (r.film.mean(), r.film.variance());
     let n = mean.len() as f64;
     for c in 0..3 {

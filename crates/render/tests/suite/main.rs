@@ -2,6 +2,9 @@
 
 mod continuing;
 mod counters;
+mod coverage;
 mod determinism;
 mod furnace;
+mod media;
 mod scenes;
+mod translucent;

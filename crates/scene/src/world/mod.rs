@@ -9,6 +9,7 @@ mod light;
 mod medium;
 mod noise;
 mod shading;
+mod subsurface;
 mod surface;
 mod texture;
 
@@ -61,6 +62,7 @@ pub struct World {
     media: Vec<BuiltMedium>,
     needs_one_wavelength: bool,
     bounds: Bounds3,
+    diffusion: subsurface::DiffusionTables,
     has_motion: bool,
     uses_footprints: bool,
 }

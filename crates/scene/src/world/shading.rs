@@ -35,15 +35,11 @@ impl World {
         differential: Option<&RayDifferential>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Shading<'_>> {
-        let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
-        let mut material = &self.scene.materials[record.material];
         if self.uses_footprints {
             surface.footprint = self.footprint(surface, ray, differential);
         }
         let mut context = self.texture_context(surface);
-        while let Scattering::Mix { materials, amount } = &material.scattering {
-            material = &self.scene.materials[self.choose(*materials, *amount, surface, &context)];
-        }
+        let material = &self.scene.materials[self.unmixed(self.material(surface), surface, &context)];
         if material.displacement.is_some() || material.normal_map.is_some() {
             self.perturb(material, surface, &context);
             context.n = surface.n;
@@ -58,8 +54,22 @@ impl World {
         Some(Shading { frame, bsdf })
     }
 
+    /// The material that mixes come down to at this point.
     #[inline]
-    fn texture_context(&self, surface: &Surface) -> TextureContext {
+    pub(super) fn unmixed(
+        &self,
+        mut material: Handle<Material>,
+        surface: &Surface,
+        context: &TextureContext,
+    ) -> Handle<Material> {
+        while let Scattering::Mix { materials, amount } = &self.scene.materials[material].scattering {
+            material = self.choose(*materials, *amount, surface, context);
+        }
+        material
+    }
+
+    #[inline]
+    pub(super) fn texture_context(&self, surface: &Surface) -> TextureContext {
         let f = &surface.footprint;
         TextureContext {
             p: surface.p,
@@ -180,6 +190,9 @@ impl World {
                 Hair::new(h, of(*eta), sigma_a, of(*beta_m), around, of(*alpha)).into()
             }
             Scattering::Measured(tables) => Measured::new(&self.scene.measured[*tables], w).into(),
+            Scattering::Subsurface { eta, roughness, .. } => {
+                Dielectric::new(*eta, self.microfacets(roughness, c)).into()
+            }
             Scattering::Mix { .. } | Scattering::Interface => return None,
         })
     }

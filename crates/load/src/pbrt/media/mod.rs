@@ -1,6 +1,6 @@
 //! Participating media.
 
-mod presets;
+pub(super) mod presets;
 
 use super::Loader;
 use super::lights::positive_photometric;

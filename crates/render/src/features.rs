@@ -1,0 +1,144 @@
+//! Pictures of what the camera sees, besides light: averaged over pixels by the film's filter, in a pass of their own, so
+//! that they cost nothing when nobody asks.
+//!
+//! A feature is a function of the scene and the settings alone: it does not depend on how many samples of light were
+//! taken, on threads, or on interruptions.
+
+use crate::sample::PixelSampler;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use steradian_integrator::{FirstHit, first_hit};
+use steradian_math::{Point2, Vec2};
+use steradian_sampling::Sampler;
+use steradian_scene::{CameraSample, World};
+use steradian_spectrum::{ColorMode, Wavelengths};
+
+/// The features of one pixel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Features {
+    /// Share of the pixel that shows a surface.
+    pub alpha: f32,
+    /// Albedo in the film's colour space; nothing counts as black.
+    pub albedo: [f32; 3],
+    /// Shading normal in world space; nothing counts as zero.
+    pub normal: [f32; 3],
+    /// Geometric normal in world space.
+    pub geometric: [f32; 3],
+    /// Distance along the view axis, over the part that shows a surface.
+    pub depth: f32,
+    /// Position in world space, over that part.
+    pub position: [f32; 3],
+    /// Surface coordinates, over that part.
+    pub uv: [f32; 2],
+    /// Share of the pixel of each object (instance plus one or zero, primitive), largest first.
+    pub objects: Vec<((u32, u32), f32)>,
+    /// Share of the pixel of each material, largest first.
+    pub materials: Vec<(u32, f32)>,
+}
+
+/// So many samples of a pixel are looked at, at most.
+pub const MOST_FEATURE_SAMPLES: u32 = 64;
+
+/// The features of every pixel of the film, row by row, from `spp` samples each; `None` if cancelled.
+pub fn features(world: &World, spp: u32, threads: usize, cancel: &AtomicBool) -> Option<Vec<Features>> {
+    let [x0, x1, y0, y1] = world.settings().film.pixel_bounds;
+    let spp = spp.clamp(1, MOST_FEATURE_SAMPLES);
+    let pixels = PixelSampler::new(world);
+    let rows: Vec<Mutex<Vec<Features>>> = (y0..y1).map(|_| Mutex::default()).collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut sampler = Sampler::new(&world.settings().sampler);
+        loop {
+            let row = next.fetch_add(1, Ordering::Relaxed);
+            if row >= rows.len() || cancel.load(Ordering::Relaxed) {
+                return;
+            }
+            let done = (x0..x1).map(|x| pixel(&pixels, &mut sampler, [x, y0 + row as u32], spp)).collect();
+            *rows[row].lock().unwrap_or_else(std::sync::PoisonError::into_inner) = done;
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads.max(1) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    let mut out = Vec::with_capacity(rows.len() * (x1 - x0) as usize);
+    for row in rows {
+        let row = row.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if row.is_empty() {
+            return None;
+        }
+        out.extend(row);
+    }
+    Some(out)
+}
+
+fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32) -> Features {
+    let mut sum = Features::default();
+    let mut objects: BTreeMap<(u32, u32), f32> = BTreeMap::new();
+    let mut materials: BTreeMap<u32, f32> = BTreeMap::new();
+    for index in 0..spp {
+        let Some((hit, albedo, weight)) = sample(pixels, sampler, pixel, index) else { continue };
+        sum.alpha += weight;
+        sum.depth += hit.depth * weight;
+        for c in 0..3 {
+            sum.albedo[c] += albedo[c] * weight;
+            sum.normal[c] += hit.shading[c] * weight;
+            sum.geometric[c] += hit.geometric[c] * weight;
+            sum.position[c] += hit.p[c] * weight;
+        }
+        sum.uv[0] += hit.uv.x * weight;
+        sum.uv[1] += hit.uv.y * weight;
+        *objects.entry((hit.object.0.map_or(0, |i| i + 1), hit.object.1)).or_default() += weight;
+        *materials.entry(hit.material.index() as u32).or_default() += weight;
+    }
+    let all = 1.0 / spp as f32;
+    let seen = if sum.alpha > 0.0 { 1.0 / sum.alpha } else { 0.0 };
+    Features {
+        alpha: (sum.alpha * all).clamp(0.0, 1.0),
+        albedo: sum.albedo.map(|v| v * all),
+        normal: sum.normal.map(|v| v * all),
+        geometric: sum.geometric.map(|v| v * all),
+        depth: sum.depth * seen,
+        position: sum.position.map(|v| v * seen),
+        uv: sum.uv.map(|v| v * seen),
+        objects: ranked(objects, all),
+        materials: ranked(materials, all),
+    }
+}
+
+/// What one sample sees, its albedo as a colour, and the filter's weight.
+fn sample(
+    pixels: &PixelSampler,
+    sampler: &mut Sampler,
+    pixel: [u32; 2],
+    index: u32,
+) -> Option<(FirstHit, [f32; 3], f32)> {
+    let (world, settings) = (pixels.world, pixels.world.settings());
+    sampler.start(pixel, index, 0);
+    let position = sampler.pixel_2d();
+    let (offset, weight) = if settings.disable_pixel_jitter {
+        (Vec2::default(), 1.0)
+    } else {
+        let s = settings.filter.sample(Point2::from(position));
+        (s.offset, s.weight)
+    };
+    let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
+    let mut wavelengths = match settings.color {
+        ColorMode::Rgb => Wavelengths::rgb(),
+        ColorMode::Spectral => Wavelengths::sample_visible(sampler.next_1d()),
+    };
+    let lens = if world.camera().has_lens() { sampler.next_2d() } else { [0.5, 0.5] };
+    let time = if world.has_motion() { sampler.next_1d() } else { 0.5 };
+    let ray = world.camera_ray(&CameraSample { film, lens, time });
+    let hit = first_hit(world, &ray, &mut wavelengths)?;
+    Some((hit, settings.film.color_space.reflectance_rgb(hit.albedo, &wavelengths), weight))
+}
+
+fn ranked<K: Copy + Ord>(shares: BTreeMap<K, f32>, scale: f32) -> Vec<(K, f32)> {
+    let mut out: Vec<(K, f32)> = shares.into_iter().map(|(k, v)| (k, v * scale)).collect();
+    out.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    out
+}

@@ -1,0 +1,225 @@
+//! Nothing that was rendered is lost: checkpoints, going on with them, and the parts of a distributed render.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use clap::{Args, ValueHint};
+use steradian_image::write_bytes_atomically;
+use steradian_render::{Error, Film, Identity, Share, Snapshot};
+use steradian_sampling::Sampler;
+use steradian_scene::RenderSettings;
+
+use crate::failure::{Failure, reason};
+use crate::numbers::{ShardArg, Span};
+use crate::{output, overrides};
+
+/// The options.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Long and distributed renders")]
+pub(crate) struct KeepArgs {
+    /// Keep what has been rendered in FILE, every now and then and at the end; it must not exist yet, unless --resume is given
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub checkpoint: Option<PathBuf>,
+
+    /// How often to write the checkpoint; less often where that would cost more than a hundredth of the time
+    #[arg(long, value_name = "TIME", default_value = "60s", requires = "checkpoint")]
+    pub checkpoint_every: Span,
+
+    /// Go on where the checkpoint ends, or start if there is none; more --spp continue a finished render
+    #[arg(long, requires = "checkpoint")]
+    pub resume: bool,
+
+    /// Render part I of N, from 1, into -o FILE.part; `steradian merge` joins the parts to the bits of the whole
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<ShardArg>,
+}
+
+/// The extension of parts.
+pub(crate) const PART: &str = "part";
+
+/// Whether a file is, or is to be, a part of a distributed render.
+pub(crate) fn is_part(path: &Path) -> bool {
+    path.extension() == Some(OsStr::new(PART))
+}
+
+/// What makes two renders one and the same but for how long they run.
+pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: bool, share: Share) -> Identity {
+    let film = &settings.film;
+    let sampler = &settings.sampler;
+    let mut rest = settings.clone();
+    // These have entries of their own, or decide nothing of the picture.
+    rest.film.filename = String::new();
+    rest.film.half = false;
+    rest.sampler.spp = 0;
+    rest.sampler.seed = 0;
+    // Most samplers' points do not depend on how many were planned.
+    let points = if Sampler::new(sampler).prefix_independent_of_spp() { "any".into() } else { sampler.spp.to_string() };
+    let rest = blake3::hash(format!("{rest:?}").as_bytes()).to_hex();
+    [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("scene", scene_hash.to_owned()),
+        ("size", film.resolution.map(|n| n.to_string()).join("x")),
+        ("pixels", film.pixel_bounds.map(|n| n.to_string()).join(",")),
+        ("seed", sampler.seed.to_string()),
+        ("sampler", overrides::sampler_name(sampler.kind).to_owned()),
+        ("sampler-spp", points),
+        ("integrator", overrides::integrator_name(settings.integrator.kind).to_owned()),
+        ("max-depth", settings.integrator.max_depth.to_string()),
+        ("color", overrides::color_name(settings.color).to_owned()),
+        ("adaptive", adaptive.to_string()),
+        ("share", share_name(share)),
+        ("other settings", rest[..32].to_owned()),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into()
+}
+
+/// `2/8 by tiles`.
+pub(crate) fn share_name(share: Share) -> String {
+    match share {
+        Share::Whole => "whole".into(),
+        Share::Tiles(p) => format!("{}/{} by tiles", p.index + 1, p.count),
+        Share::Samples(p) => format!("{}/{} by samples", p.index + 1, p.count),
+    }
+}
+
+/// The share that `--shard` asks for.
+pub(crate) fn share(shard: Option<ShardArg>, bounds: [u32; 4]) -> Share {
+    shard.map_or(Share::Whole, |s| Share::of(&Film::new(bounds), s.0))
+}
+
+/// Reads a stored render.
+pub(crate) fn read(path: &Path) -> Result<Snapshot, Failure> {
+    let name = path.display();
+    let bytes = std::fs::read(path).map_err(|e| Failure::Environment(format!("cannot read {name}: {}", reason(&e))))?;
+    Snapshot::decode(&bytes).map_err(|e| Failure::Input(format!("{name}: {e}")))
+}
+
+/// The checkpoint to go on from, if there is one; refuses to overwrite one that nobody spoke of.
+pub(crate) fn open(args: &KeepArgs) -> Result<Option<Snapshot>, Failure> {
+    let Some(path) = &args.checkpoint else { return Ok(None) };
+    let name = path.display();
+    if is_part(path) {
+        return Err(Failure::Input(format!("{name}: a checkpoint needs another name than the part that it leads to")));
+    }
+    output::check(path)?;
+    remove_leftovers(path);
+    match (path.try_exists(), args.resume) {
+        (Ok(true), true) => read(path).map(Some),
+        (Ok(true), false) => Err(Failure::Input(format!(
+            "{name}: there is a checkpoint already; --resume goes on from it, another name starts anew"
+        ))),
+        (Ok(false), _) => Ok(None),
+        (Err(e), _) => Err(Failure::Environment(format!("cannot read {name}: {}", reason(&e)))),
+    }
+}
+
+/// Refuses a checkpoint of another render, with everything that differs.
+pub(crate) fn check(path: &Path, snapshot: &Snapshot, wanted: &Identity) -> Result<(), Failure> {
+    snapshot.check(wanted).map_err(|e| match e {
+        Error::Foreign(differences) => {
+            let list = differences.iter().map(|d| format!("\n  {d}")).collect::<String>();
+            Failure::Input(format!("{}: a checkpoint of another render{list}", path.display()))
+        }
+        other => Failure::Input(format!("{}: {other}", path.display())),
+    })
+}
+
+/// Removes what a process that was killed while it wrote this file has left next to it.
+fn remove_leftovers(path: &Path) {
+    let (Some(stem), Some(parent)) = (path.file_name().map(OsStr::to_string_lossy), path.parent()) else { return };
+    let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let process = name
+            .to_str()
+            .and_then(|n| n.strip_prefix('.')?.strip_prefix(&*stem)?.strip_prefix('.')?.strip_suffix(".part"))
+            .and_then(|rest| rest.split_once('-')?.0.parse::<u32>().ok());
+        // Where processes cannot be looked up, what might be somebody's stays.
+        let gone = |pid: u32| Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{pid}")).exists();
+        if process.is_some_and(gone) {
+            // A file that stays does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Writes checkpoints beside the rendering threads.
+pub(crate) struct Keeper {
+    path: PathBuf,
+    every: Duration,
+    start: Instant,
+    /// Milliseconds after `start`.
+    due: AtomicU64,
+    writing: Mutex<Option<JoinHandle<Result<(), String>>>>,
+    failure: Mutex<Option<String>>,
+}
+
+impl Keeper {
+    /// Writes to the checkpoint of `args`, if it names one.
+    pub fn new(args: &KeepArgs) -> Option<Keeper> {
+        let path = args.checkpoint.clone()?;
+        let every = args.checkpoint_every.0;
+        Some(Keeper {
+            path,
+            every,
+            start: Instant::now(),
+            due: AtomicU64::new(every.as_millis() as u64),
+            writing: Mutex::new(None),
+            failure: Mutex::new(None),
+        })
+    }
+
+    /// Whether it is time.
+    pub fn is_due(&self) -> bool {
+        self.start.elapsed().as_millis() as u64 >= self.due.load(Ordering::Relaxed)
+    }
+
+    /// Writes in the background. A checkpoint that comes before the last one is on disk waits for it.
+    pub fn write(&self, bytes: Vec<u8>, took: Duration) {
+        /// Making checkpoints takes less than this share of a thread's time.
+        const SHARE: u32 = 100;
+        self.wait();
+        let path = self.path.clone();
+        let write = move || write_bytes_atomically(&path, &bytes).map_err(|e| said(&path, e));
+        *self.writing.lock().unwrap_or_else(PoisonError::into_inner) = Some(std::thread::spawn(write));
+        let pause = self.every.max(took.saturating_mul(SHARE));
+        self.due.store((self.start.elapsed() + pause).as_millis() as u64, Ordering::Relaxed);
+    }
+
+    /// Until the last checkpoint is on disk.
+    fn wait(&self) {
+        let last = self.writing.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(Ok(Err(what))) = last.map(JoinHandle::join) {
+            *self.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(what);
+        }
+    }
+
+    /// Writes the last one; the error of any if that did not go well.
+    pub fn finish(&self, bytes: &[u8]) -> Result<(), String> {
+        self.wait();
+        write_bytes_atomically(&self.path, bytes).map_err(|e| said(&self.path, e))
+    }
+
+    /// Why a checkpoint could not be written, once.
+    pub fn take_failure(&self) -> Option<String> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Writes a stored render.
+pub(crate) fn store(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    write_bytes_atomically(path, bytes).map_err(|e| said(path, e))
+}
+
+fn said(path: &Path, error: steradian_image::Error) -> String {
+    match error {
+        steradian_image::Error::Io { source, .. } => format!("cannot write {}: {}", path.display(), reason(&source)),
+        other => format!("cannot write {other}"),
+    }
+}

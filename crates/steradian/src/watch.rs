@@ -1,0 +1,94 @@
+//! Everything that goes on beside a render: progress, checkpoints, the preview.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use steradian_image::Metadata;
+use steradian_render::{Film, Observer, Progress};
+
+use crate::args::RenderArgs;
+use crate::console::Console;
+use crate::keep::Keeper;
+use crate::output::{self, Outputs};
+use crate::progress::Display;
+
+/// The observer of a render that a person or a program has asked for.
+pub(crate) struct Watch<'a> {
+    /// Progress.
+    pub display: Display,
+    /// Checkpoints.
+    pub keeper: Option<Keeper>,
+    /// Whether pixels are numbers that no exposure may change.
+    pub raw: bool,
+    preview: Option<Preview>,
+    outputs: &'a Outputs,
+    manifest: &'a Metadata,
+    console: Console,
+}
+
+struct Preview {
+    path: PathBuf,
+    /// When to write next; none once it could not be written.
+    next: Mutex<Option<Instant>>,
+}
+
+impl<'a> Watch<'a> {
+    /// As the command line asks.
+    pub fn new(
+        display: Display,
+        args: &RenderArgs,
+        outputs: &'a Outputs,
+        manifest: &'a Metadata,
+        raw: bool,
+        console: &Console,
+    ) -> Self {
+        let preview = args.run.preview.clone();
+        let preview = preview.map(|path| Preview { path, next: Mutex::new(Some(Instant::now())) });
+        Self { display, keeper: Keeper::new(&args.keep), raw, preview, outputs, manifest, console: *console }
+    }
+
+    fn show(&self, film: &Film, preview: &Preview) {
+        /// At least so long between two pictures, and so many times what one takes to write.
+        const PAUSE: (Duration, u32) = (Duration::from_secs(1), 30);
+        let Ok(mut next) = preview.next.lock() else { return };
+        let start = Instant::now();
+        if next.is_none_or(|next| start < next) {
+            return;
+        }
+        let Some(picture) = output::unfinished(film, self.manifest) else { return };
+        *next = match self.outputs.write_preview(&preview.path, &picture, self.raw) {
+            None => Some(Instant::now() + PAUSE.0.max(start.elapsed() * PAUSE.1)),
+            Some(what) => {
+                self.console.warning(format_args!("{what}; there will be no preview"));
+                None
+            }
+        };
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn progress(&self, progress: &Progress) {
+        self.display.progress(progress);
+        if let Some(what) = self.keeper.as_ref().and_then(Keeper::take_failure) {
+            self.console.warning(format_args!("{what}; rendering goes on without this checkpoint"));
+        }
+    }
+
+    fn pass(&self, film: &Film, progress: &Progress) {
+        self.display.progress(progress);
+        if let Some(preview) = &self.preview {
+            self.show(film, preview);
+        }
+    }
+
+    fn checkpoint_due(&self) -> bool {
+        self.keeper.as_ref().is_some_and(Keeper::is_due)
+    }
+
+    fn checkpoint(&self, bytes: Vec<u8>, took: Duration) {
+        if let Some(keeper) = &self.keeper {
+            keeper.write(bytes, took);
+        }
+    }
+}
