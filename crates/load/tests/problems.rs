@@ -357,7 +357,9 @@ fn displacement_curves_and_lenses_must_make_sense() {
     assert!(camera("\"string lensfile\" \"flat.dat\"")[0].contains("no ray comes through the lens"));
     assert_eq!(
         camera("\"string lensfile\" \"flat.dat\" \"float fov\" 3")[1..],
-        ["scene.pbrt:1:48 error: unknown parameter `fov` of Camera \"realistic\""]
+        [
+            "scene.pbrt:1:49 error: unknown parameter `fov` of Camera \"realistic\" | it takes aperture, aperturediameter, focusdistance, lensfile, shutterclose, shutteropen"
+        ]
     );
 }
 

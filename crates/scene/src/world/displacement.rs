@@ -35,6 +35,7 @@ pub(super) fn displace_meshes(
         uses_footprints: false,
         needs_one_wavelength: false,
         media: Vec::new(),
+        diffusion: super::subsurface::DiffusionTables::default(),
         area_lights: Vec::new(),
         lights: Lights::default(),
         bounds: Bounds3::EMPTY,
