@@ -166,6 +166,25 @@ impl TriangleMesh {
         }
     }
 
+    /// As [`TriangleMesh::interaction`], without tangents and derivatives, which are null: enough for surfaces that look the
+    /// same whichever way they are turned.
+    #[inline]
+    pub fn isotropic_interaction(&self, i: usize, b1: f32, b2: f32) -> SurfaceHit {
+        let triangle = self.triangle(i);
+        let (p, p_error) = triangle.point(b1, b2);
+        let vertex_normal = self.vertex_normal(i, b1, b2);
+        let n = self.orient(triangle.normal(), vertex_normal);
+        let ns = vertex_normal.and_then(Normal3::try_normalize).unwrap_or(n);
+        SurfaceHit {
+            p,
+            p_error,
+            n,
+            uv: self.uv(i, b1, b2),
+            shading: Shading { n: ns, ..Shading::default() },
+            ..SurfaceHit::default()
+        }
+    }
+
     /// Everything about the point with barycentric coordinates `b1`, `b2` of face `i`, which must have an area.
     pub fn interaction(&self, i: usize, b1: f32, b2: f32) -> SurfaceHit {
         let triangle = self.triangle(i);

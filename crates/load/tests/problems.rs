@@ -358,7 +358,7 @@ fn what_is_not_supported_says_what_happens_instead() {
         [
             "scene.pbrt:2:6 note: the `gbuffer` film is not supported yet; the image is written as by `rgb`, without the other channels",
             "scene.pbrt:3:9 warning: the `pmj02bn` sampler is not supported yet; `paddedsobol` is used instead",
-            "scene.pbrt:1:12 warning: the `bdpt` integrator is not supported yet; `path` is used instead",
+            "scene.pbrt:1:12 warning: the `bdpt` integrator is not supported yet; `volpath` is used instead",
         ]
     );
     assert_eq!(

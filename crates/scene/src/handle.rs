@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn an_optional_handle_is_four_bytes() {
-        assert_eq!(std::mem::size_of::<Option<Handle<String>>>(), 4);
+        assert_eq!(size_of::<Option<Handle<String>>>(), 4);
         let mut a = Arena::default();
         let h = a.push("x");
         assert_eq!((a[h], h.index(), a.len()), ("x", 0, 1));

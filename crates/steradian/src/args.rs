@@ -60,6 +60,9 @@ pub(crate) enum Command {
     /// Trace one path again and print it vertex by vertex
     #[command(after_help = TRACE_NOTES)]
     Trace(TraceArgs),
+    /// Run the lecture's experiments and write a report that opens in any browser
+    #[command(after_help = LAB_NOTES)]
+    Lab(LabArgs),
     /// Check on this machine that this build does what the theory says, in a minute
     Selftest(SelftestArgs),
     /// Print completions for a shell
@@ -70,6 +73,53 @@ pub(crate) enum Command {
         /// The shell
         shell: clap_complete::Shell,
     },
+}
+
+const LAB_NOTES: &str = "\
+Topics: aliasing supersampling adaptive gloss soft-shadows depth-of-field motion-blur cost penumbra quadrature estimator
+importance stratified mis roulette sequences convergence. Without one, all of them.
+
+Every claim of the lecture is predicted, measured, and judged; the exit code is 1 if one does not hold.
+
+Examples:
+  steradian lab                           all experiments, in under two minutes
+  steradian lab mis penumbra --full -o plates
+  steradian lab --quick --json -o report  one JSON object for each claim";
+
+/// `lab`.
+#[derive(Args, Debug)]
+pub(crate) struct LabArgs {
+    /// Topics; all if none is named
+    #[arg(value_name = "TOPIC")]
+    pub topics: Vec<String>,
+
+    /// The folder for the report, its pictures and numbers [default: steradian-lab]
+    #[arg(short, long = "output", value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub output: Option<PathBuf>,
+
+    /// A first look, in under two minutes on two cores [default]
+    #[arg(long, conflicts_with = "full")]
+    pub quick: bool,
+
+    /// More samples and finer pictures, in under twenty minutes
+    #[arg(long)]
+    pub full: bool,
+
+    /// Print one JSON object for each claim: topic, claim, predicted, measured, interval, verdict
+    #[arg(long)]
+    pub json: bool,
+
+    /// Where all random numbers start
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub threads: Option<u16>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 const RENDER_NOTES: &str = "\

@@ -14,6 +14,7 @@ mod failure;
 mod hashing;
 mod info;
 mod interrupt;
+mod lab;
 mod keep;
 mod merge;
 mod numbers;
@@ -65,6 +66,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Info(args) => info::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
         Command::Trace(args) => trace::run(args, &console),
+        Command::Lab(args) => lab::run(args, &console),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "steradian", &mut script);

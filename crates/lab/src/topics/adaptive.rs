@@ -52,7 +52,7 @@ struct Pilot {
 }
 
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> {
-    let size = setting.effort.pick([40, 30], [140, 105], [280, 210]);
+    let size = setting.effort.pick([40, 30], [120, 90], [280, 210]);
     let (width, height) = (size[0] as usize, size[1] as usize);
     let mut b = stage::penumbra(size, SamplerKind::Independent, true);
     // Flat colours: the rapid changes are edges and shadows.
@@ -66,7 +66,7 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> 
         &world,
         setting.threads,
         SamplerKind::PaddedSobol,
-        setting.effort.pick(1_024, 2_048, 8_192),
+        setting.effort.pick(1_024, 1_024, 8_192),
         seed ^ 9,
         |p, s| shade(&world, p, s),
     );

@@ -92,11 +92,11 @@ fn all_curves() -> Vec<Curve> {
 }
 
 fn curves(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
-    let size = setting.effort.pick([20, 20], [64, 64], [128, 128]);
+    let size = setting.effort.pick([20, 20], [48, 48], [128, 128]);
     let width = size[0] as usize;
     let seed = setting.seed_for(TOPIC, 1);
     let reference = world(size, IntegratorKind::Path, Techniques::default(), 1)?;
-    let reference_spp = setting.effort.pick(1_024, 2_048, 8_192);
+    let reference_spp = setting.effort.pick(1_024, 1_024, 8_192);
     let truth = stage::render_counted(&reference, SamplerKind::PaddedSobol, reference_spp, seed ^ 9, setting.threads).0;
     let counts: &[u32] = setting.effort.pick(&[4, 16, 36], &[4, 16, 64], &[4, 16, 64, 256]);
     let mut by_rays = Figure::new(
@@ -222,7 +222,7 @@ fn combinations() -> Vec<(String, Techniques)> {
 fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
     let size = [12, 12];
     let repeats = setting.effort.pick(24usize, 48, 96);
-    let spp = setting.effort.pick(16u32, 36, 144);
+    let spp = setting.effort.pick(16u32, 16, 144);
     let mean = |p: &[Rgb]| p.iter().map(|c| paint::luminance(*c)).sum::<f64>() / p.len() as f64;
     let measure = |techniques: Techniques, kind: IntegratorKind, part: u64| -> Result<VarianceEstimator, Error> {
         let repeated = parallel::map(setting.threads, repeats, |r| {

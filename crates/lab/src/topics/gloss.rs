@@ -96,7 +96,7 @@ fn compare(
 ) -> Result<f64, Error> {
     let seed = setting.seed_for(TOPIC, name.len() as u64);
     let width = size(setting)[0] as usize;
-    let truth = lobe(world, setting, SamplerKind::PaddedSobol, setting.effort.pick(2_048, 4_096, 16_384), seed ^ 9);
+    let truth = lobe(world, setting, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 16_384), seed ^ 9);
     let ideal = mirror(world, setting, refraction, 64, seed);
     let mut shown = vec![paint::colour(
         &format!("{name}-ideal"),
@@ -167,7 +167,7 @@ fn rings(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         stripes(&mut b, 2.0, 0.0, 1.6);
         let world = b.build()?;
         let seed = setting.seed_for(TOPIC, 50);
-        let truth = lobe(&world, setting, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 2_048, 4_096), seed);
+        let truth = lobe(&world, setting, SamplerKind::PaddedSobol, setting.effort.pick(512, 512, 4_096), seed);
         points.push((f64::from(alpha), stage::mse(&mirror(&world, setting, None, 64, seed), &truth).sqrt()));
     }
     let rising = points.windows(2).filter(|w| w[1].1 > w[0].1).count() as f64;

@@ -24,14 +24,14 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          plates and small balls, lobe sampling on smooth plates and large balls; the balance and the power heuristic combine them. Equal \
          rays: two samples of one technique, or one of each.",
     );
-    let size = setting.effort.pick([48, 32], [150, 100], [300, 200]);
+    let size = setting.effort.pick([48, 32], [120, 80], [300, 200]);
     let world = stage::plates_world(size)?;
     let seed = setting.seed_for(TOPIC, 1);
     let width = size[0] as usize;
     let render = |technique, pairs, kind, seed: u64| render(&world, setting, technique, pairs, kind, seed);
     let truth = render(
         Technique::Both(Weights::Power),
-        setting.effort.pick(2_048, 2_048, 16_384),
+        setting.effort.pick(1_024, 1_024, 16_384),
         SamplerKind::PaddedSobol,
         seed ^ 9,
     );
@@ -77,7 +77,7 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         errors[3] / best_single,
     ));
     unbiased(&mut e, &world, setting);
-    let counts: &[u32] = setting.effort.pick(&[2, 8, 32], &[2, 8, 32, 128], &[2, 8, 32, 128, 512]);
+    let counts: &[u32] = setting.effort.pick(&[2, 8, 32], &[2, 8, 32], &[2, 8, 32, 128, 512]);
     let mut figure = Figure::new(
         "error",
         "Relative squared error over the reflected rays per pixel.",
@@ -145,7 +145,7 @@ fn render(
 
 /// Each technique has the same mean: compared pixel by pixel, over blocks, with its own variance.
 fn unbiased(e: &mut Experiment, world: &World, setting: &Setting) {
-    let spp = setting.effort.pick(64u32, 128, 512);
+    let spp = setting.effort.pick(64u32, 64, 512);
     // Only the floor and the rough plate: where each technique has a variance that so few rays can tell.
     let mean = |technique: Technique, seed: u64| {
         let source = stage::sampler(world, SamplerKind::Independent, spp, seed);

@@ -97,11 +97,11 @@ fn variances(e: &mut Experiment, setting: &Setting) -> f64 {
 }
 
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> {
-    let size = setting.effort.pick([32, 24], [120, 90], [240, 180]);
+    let size = setting.effort.pick([32, 24], [100, 75], [240, 180]);
     let world = stage::penumbra_world(size, SamplerKind::Independent)?;
     let seed = setting.seed_for(TOPIC, 4);
     let render = |kind, spp, seed| stage::render_counted(&world, kind, spp, seed, setting.threads).0;
-    let truth = render(SamplerKind::PaddedSobol, setting.effort.pick(1_024, 2_048, 8_192), seed ^ 99);
+    let truth = render(SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 8_192), seed ^ 99);
     let mut shown = Vec::new();
     let mut mse = Vec::new();
     for (spp, kind, word) in [

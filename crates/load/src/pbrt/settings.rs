@@ -359,7 +359,9 @@ impl Loader<'_> {
                 };
             }
             "lightpath" | "bdpt" | "mlt" | "sppm" => {
-                p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
+                // All of them see media but `sppm`, whose scenes have none.
+                settings.kind = IntegratorKind::VolPath;
+                p.warning(format!("the `{kind}` integrator is not supported yet; `volpath` is used instead"), None);
                 settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
                 p.accept_all();
             }

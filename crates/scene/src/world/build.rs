@@ -4,7 +4,9 @@ use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
 use super::medium::{build_media, needs_one_wavelength};
 use super::{World, WorldInstance};
-use crate::{AreaLight, CheckerMapping, Error, Instance, Primitive, Scattering, Scene, Shape, Texture};
+use crate::{
+    AreaLight, CheckerMapping, Error, Instance, Material, Primitive, Roughness, Scattering, Scene, Shape, Texture,
+};
 use steradian_geometry::PreparedTriangle;
 use steradian_image::{Lookup, Pyramid};
 use steradian_math::{AnimatedTransform, Bounds3, PI};
@@ -121,6 +123,9 @@ impl World {
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
         let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
         let uses_footprints = uses_footprints(&scene);
+        for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {
+            record.isotropic = !uses_footprints && is_isotropic(&scene.materials[record.material]);
+        }
         let diffusion = super::subsurface::DiffusionTables::build(&scene);
         let mut world = World {
             groups,
@@ -238,6 +243,21 @@ fn pyramids(scene: &Scene) -> Result<Vec<Option<Pyramid>>, Error> {
                 .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })
         })
         .collect()
+}
+
+/// Whether a surface of this material looks the same whichever way its tangents lie.
+fn is_isotropic(material: &Material) -> bool {
+    if material.displacement.is_some() || material.normal_map.is_some() {
+        return false;
+    }
+    let round = |r: &Roughness| r.u == r.v;
+    match &material.scattering {
+        Scattering::Diffuse { .. } | Scattering::ThinDielectric { .. } | Scattering::DiffuseTransmission { .. } => true,
+        Scattering::Conductor { roughness, .. } | Scattering::Dielectric { roughness, .. } => round(roughness),
+        Scattering::CoatedDiffuse { coat, .. } => round(&coat.roughness),
+        Scattering::CoatedConductor { roughness, coat, .. } => round(roughness) && round(&coat.roughness),
+        _ => false,
+    }
 }
 
 /// Whether any texture looks at the size of the sample.

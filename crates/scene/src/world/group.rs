@@ -19,6 +19,8 @@ pub(super) struct PrimitiveRecord {
     pub first_light: Option<u32>,
     /// Emission that cannot be sampled: area light and factor.
     pub unsampled_emission: Option<(u32, f32)>,
+    /// Whether nothing asks for tangents and derivatives of its surface.
+    pub isotropic: bool,
 }
 
 /// Something in the tree that is not a triangle.
@@ -140,6 +142,7 @@ impl Group {
                 first_triangle: triangles.len() as u32,
                 first_light: None,
                 unsampled_emission: None,
+                isotropic: false,
             };
             let shown = !is_invisible(scene, p);
             let mut quadric = |q: Quadric| {

@@ -158,7 +158,12 @@ impl World {
                 let p = &group.primitives[primitive as usize];
                 let face = id - p.first_triangle;
                 let mesh = &self.scene.triangle_meshes[Handle::from_index(p.mesh as usize)];
-                (primitive, face, [b1, b2], mesh.interaction(face as usize, b1, b2))
+                let geometry = if p.isotropic {
+                    mesh.isotropic_interaction(face as usize, b1, b2)
+                } else {
+                    mesh.interaction(face as usize, b1, b2)
+                };
+                (primitive, face, [b1, b2], geometry)
             }
             HitShape::Patch { primitive, face, u, v } => {
                 let p = &group.primitives[primitive as usize];
