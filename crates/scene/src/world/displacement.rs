@@ -84,7 +84,7 @@ fn smooth_normals(mesh: &TriangleMesh) -> Vec<Normal3> {
         let [a, b, c] = face.map(|i| mesh.positions[i as usize]);
         if let Some(n) = (b - a).cross(c - b).try_normalize() {
             for &i in face {
-                normals[i as usize] = normals[i as usize] + n.to_normal();
+                normals[i as usize] += n.to_normal();
             }
         }
     }
