@@ -18,12 +18,8 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ("image", &["math", "sampling", "spectrum"]),
     ("scene", &["math", "sampling", "spectrum", "bvh", "geometry", "bsdf", "image"]),
     ("integrator", &["math", "sampling", "spectrum", "geometry", "bsdf", "image", "scene"]),
-    ("load", &["math", "syntax", "sampling", "spectrum", "geometry", "image", "scene"]),
+    ("load", &["math", "syntax", "sampling", "spectrum", "geometry", "bsdf", "image", "scene"]),
     ("render", &["math", "sampling", "spectrum", "image", "scene", "integrator"]),
-    (
-        "steradian",
-        &["math", "syntax", "sampling", "spectrum", "geometry", "image", "scene", "integrator", "load", "render"],
-    ),
     (
         "lab",
         &[
@@ -39,6 +35,23 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "integrator",
             "load",
             "render",
+        ],
+    ),
+    (
+        "steradian",
+        &[
+            "math",
+            "syntax",
+            "sampling",
+            "spectrum",
+            "geometry",
+            "bsdf",
+            "image",
+            "scene",
+            "integrator",
+            "load",
+            "render",
+            "lab",
         ],
     ),
     ("testkit", &[]),
@@ -155,7 +168,8 @@ fn check_rust(name: &str, text: &str, findings: &mut Findings) {
     for (i, line) in text.lines().enumerate() {
         let code = line.split("//").next().unwrap_or_default();
         for (a, b) in FORBIDDEN {
-            if code.contains(&format!("{a}{b}")) {
+            // Tables for people take minutes and are run by hand; nothing else may be skipped.
+            if code.contains(&format!("{a}{b}")) && !line.contains("= \"a table, minutes long\"") {
                 say(i + 1, format!("{a}{b} has no place here"));
             }
         }
@@ -236,9 +250,18 @@ fn check_manifest(name: &str, manifest: &str, findings: &mut Findings) {
 /// that this check needs no build.
 fn check_readme(root: &Path, findings: &mut Findings) -> anyhow::Result<()> {
     let readme = std::fs::read_to_string(root.join("README.md"))?;
-    let grammar = std::fs::read_to_string(root.join("crates/steradian/src/args.rs"))?;
+    let mut grammar = String::new();
+    for entry in std::fs::read_dir(root.join("crates/steradian/src"))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "rs") {
+            grammar.push_str(&std::fs::read_to_string(path)?);
+        }
+    }
     let known = known_flags(&grammar);
-    anyhow::ensure!(known.contains("spp") && known.contains("max-depth"), "the flags in args.rs were not found");
+    anyhow::ensure!(
+        known.contains("spp") && known.contains("max-depth"),
+        "the flags of the command line were not found"
+    );
     for (line, flag) in typed_flags(&readme) {
         if !known.contains(&flag) {
             findings.errors.push(format!("README.md:{line}: there is no option --{flag}"));

@@ -48,7 +48,7 @@ impl Hair {
     /// A fibre with index `eta` inside, absorption `sigma_a` per radius, longitudinal and azimuthal roughness in
     /// `[0.01, 1]`, and scales tilted by `alpha` degrees. Values outside of their range are clamped.
     pub fn new(h: f32, eta: f32, sigma_a: Lanes, beta_m: f32, beta_n: f32, alpha: f32) -> Self {
-        let (m, n) = (beta_m.max(0.01).min(1.0), beta_n.max(0.01).min(1.0));
+        let (m, n) = (within(beta_m, 0.01, 1.0), within(beta_n, 0.01, 1.0));
         // Fits by Chiang et al. from perceptually even roughness to variance and logistic scale.
         let v = sqr(0.726 * m + 0.812 * m * m + 3.7 * power(m, 20));
         let scale = 0.626_657_07 * (0.265 * n + 1.194 * n * n + 5.372 * power(n, 22));
@@ -57,7 +57,7 @@ impl Hair {
         let (s2, c2) = (2.0 * s1 * c1, c1 * c1 - s1 * s1);
         let (s4, c4) = (2.0 * s2 * c2, c2 * c2 - s2 * s2);
         Self {
-            h: h.max(-1.0).min(1.0),
+            h: within(h, -1.0, 1.0),
             eta: eta.max(1e-3),
             sigma_a: sigma_a.clamp_zero(),
             variance: [v, 0.25 * v, 4.0 * v],
@@ -69,7 +69,7 @@ impl Hair {
 
     /// The absorption for which a full head of hair has this colour (Chiang et al., equation 9).
     pub fn absorption_of_reflectance(reflectance: Lanes, beta_n: f32) -> Lanes {
-        let n = beta_n.max(0.01).min(1.0);
+        let n = within(beta_n, 0.01, 1.0);
         let fit = 5.969 - 0.215 * n + 2.532 * n * n - 10.73 * power(n, 3) + 5.574 * power(n, 4) + 0.245 * power(n, 5);
         // Black would be infinite; this much is black.
         reflectance.map(|c| sqr(ln(c.clamp(1e-30, 1.0)) / fit))
@@ -155,6 +155,12 @@ impl Hair {
         }
         (value, pdf)
     }
+}
+
+/// `x` moved into a range; NaN becomes the lower end.
+#[inline]
+fn within(x: f32, low: f32, high: f32) -> f32 {
+    if x > low { x.min(high) } else { low }
 }
 
 /// Integer power by squaring.

@@ -87,7 +87,10 @@ fn rgb_of_spectra(lambda: &[f32], size: [usize; 2], values: &[f32]) -> Option<Ve
     let n = lambda.len();
     let cells = size[0].checked_mul(size[1])?;
     let block = cells.checked_mul(n).filter(|b| *b > 0)?;
-    if values.len() % block != 0 || !lambda.is_sorted_by(|a, b| a < b) || !lambda.iter().all(|v| v.is_finite()) {
+    if !values.len().is_multiple_of(block)
+        || !lambda.is_sorted_by(|a, b| a < b)
+        || !lambda.iter().all(|v| v.is_finite())
+    {
         return None;
     }
     // Conversion is linear, so the colours of the hat functions say everything. Each rides on a constant, since a

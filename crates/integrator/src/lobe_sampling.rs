@@ -35,7 +35,7 @@ impl Reach {
     }
 }
 
-/// Takes a direction. As [`Lobe::sample`], but that the density is always the true one for comparison with [`pdf`].
+/// Takes a direction. As [`Lobe::sample`], but that the density is always the true one for comparison with other techniques.
 #[inline]
 pub fn sample(how: LobeSampling, bsdf: &Bsdf, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<LobeSample> {
     if how == LobeSampling::Lobe || !bsdf.flags().is_non_specular() {

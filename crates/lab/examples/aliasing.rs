@@ -4,11 +4,11 @@
 use std::f64::consts::TAU;
 
 fn main() {
-    let rate = 10.0;
+    let rate: f64 = 10.0;
     println!("frequency  alias  largest difference of the samples");
     for frequency in [1.0, 4.0, 6.0, 9.0, 11.0, 23.0] {
         // The nearest multiple of the rate is taken away; what is left is at most half the rate.
-        let alias: f64 = frequency - rate * (frequency / rate as f64).round();
+        let alias: f64 = frequency - rate * (frequency / rate).round();
         let difference = (0..20)
             .map(|i| f64::from(i) / rate)
             .map(|x| ((TAU * frequency * x).cos() - (TAU * alias * x).cos()).abs())

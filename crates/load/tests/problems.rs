@@ -332,6 +332,38 @@ fn films_without_pixels_and_with_too_many() {
 }
 
 #[test]
+fn displacement_curves_and_lenses_must_make_sense() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let files = || Memory::new().with("a.ply", ply).with("bad.dat", "1 2 3").with("flat.dat", "0 1 1 1");
+    let list = |text: &str| list(&load_with(text, &files()));
+    let displaced = "WorldBegin\nShape \"plymesh\" \"string filename\" \"a.ply\" \"float displacement\" .1";
+    assert_eq!(list(displaced), ["scene.pbrt:2:64 error: a mesh needs texture coordinates to be displaced"]);
+    assert_eq!(
+        list(&format!("{displaced} \"float edgelength\" 0")),
+        ["scene.pbrt:2:86 error: `edgelength` must be positive, not 0"]
+    );
+    assert_eq!(
+        world("Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0]"),
+        ["error: a Bezier curve of degree 3 needs 4, 7, 10, ... points, not 3"]
+    );
+    assert_eq!(
+        world("AreaLightSource \"diffuse\" Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]"),
+        ["warning: light from curves is found by chance only, and so is noisy"]
+    );
+    let camera = |rest: &str| list(&format!("Camera \"realistic\" {rest}\nWorldBegin"));
+    assert_eq!(camera(""), ["scene.pbrt:1:8 error: Camera \"realistic\" needs a `lensfile`"]);
+    assert!(camera("\"string lensfile\" \"bad.dat\"")[0].contains("four numbers for each surface"));
+    assert!(camera("\"string lensfile\" \"flat.dat\"")[0].contains("no ray comes through the lens"));
+    assert_eq!(
+        camera("\"string lensfile\" \"flat.dat\" \"float fov\" 3")[1..],
+        [
+            "scene.pbrt:1:49 error: unknown parameter `fov` of Camera \"realistic\" | it takes aperture, aperturediameter, focusdistance, lensfile, shutterclose, shutteropen"
+        ]
+    );
+}
+
+#[test]
 fn lights_with_pictures_and_portals_must_make_sense() {
     assert_eq!(
         world("LightSource \"goniometric\" LightSource \"projection\""),
@@ -357,8 +389,8 @@ fn what_is_not_supported_says_what_happens_instead() {
         problems("Integrator \"bdpt\" \"integer maxdepth\" 3\nFilm \"gbuffer\"\nSampler \"pmj02bn\"\nWorldBegin"),
         [
             "scene.pbrt:2:6 note: the `gbuffer` film is not supported yet; the image is written as by `rgb`, without the other channels",
-            "scene.pbrt:3:9 warning: the `pmj02bn` sampler is not supported yet; `paddedsobol` is used instead",
-            "scene.pbrt:1:12 warning: the `bdpt` integrator is not supported yet; `path` is used instead",
+            "scene.pbrt:3:9 note: `pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables",
+            "scene.pbrt:1:12 warning: the `bdpt` integrator is not supported yet; `volpath` is used instead",
         ]
     );
     assert_eq!(

@@ -130,11 +130,11 @@ pub fn spline_integrals(nodes: &[f32], values: &[f32]) -> Vec<f32> {
 /// Where an increasing spline takes the value `y`; the nearest end if nowhere.
 pub fn invert_spline(nodes: &[f32], values: &[f32], y: f32) -> f32 {
     let last = nodes.len() - 1;
-    if !(y > values[0]) {
-        return nodes[0];
-    }
     if y >= values[last] {
         return nodes[last];
+    }
+    if y <= values[0] || y.is_nan() {
+        return nodes[0];
     }
     let i = interval(values, y);
     let segment = Segment::new(nodes, i, |k| values[k]);
@@ -152,7 +152,7 @@ pub fn sample_spline(
 ) -> Option<f32> {
     let last = nodes.len() - 1;
     let total = integrals(last);
-    if !(total > 0.0) {
+    if total <= 0.0 || total.is_nan() {
         return None;
     }
     let target = u * total;

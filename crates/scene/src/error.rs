@@ -14,6 +14,14 @@ pub enum Error {
         /// What is wrong with it.
         source: MeshError,
     },
+    /// A mesh that cannot be displaced.
+    #[error("mesh {mesh} cannot be displaced: {message}")]
+    Displacement {
+        /// Which mesh, in the order of the arena.
+        mesh: usize,
+        /// Why not.
+        message: &'static str,
+    },
     /// Geometry that no tree can be built over.
     #[error("{0}")]
     Geometry(#[from] AccelError),

@@ -26,7 +26,7 @@ pub use material::{
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
-pub use shape::{Instance, MediumInterface, Object, Primitive, Shape};
+pub use shape::{Displacement, Instance, MediumInterface, Object, Primitive, Shape};
 pub use sparse_grid::{BRICK, SparseGrid, SparseLayout};
 pub use technique::{
     ABSURD_RAYS, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError, Stratification,

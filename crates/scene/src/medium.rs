@@ -30,6 +30,7 @@ pub struct Coefficients {
 
 /// What fills a medium.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a scene has few media")]
 pub enum Volume {
     /// The same everywhere.
     Homogeneous {
@@ -271,7 +272,7 @@ impl<T> VoxelGrid<T> {
 }
 
 fn is_amount(v: f32) -> bool {
-    v >= 0.0 && v < f32::INFINITY
+    (0.0..f32::INFINITY).contains(&v)
 }
 
 fn number(name: &'static str, value: f32) -> Result<(), MediumError> {

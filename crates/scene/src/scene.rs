@@ -1,8 +1,8 @@
 //! The scene: what the user said, as plain data.
 
 use crate::{
-    Arena, Camera, FloatTexture, Instance, Light, Material, Medium, Object, Primitive, RenderSettings, SpectrumTexture,
-    TextureImage,
+    Arena, Camera, Displacement, FloatTexture, Instance, Light, Material, Medium, Object, Primitive, RenderSettings,
+    SpectrumTexture, TextureImage,
 };
 use steradian_bsdf::MeasuredMaterial;
 use steradian_geometry::{BilinearMesh, TriangleMesh};
@@ -14,6 +14,8 @@ pub struct Scene {
     pub triangle_meshes: Arena<TriangleMesh>,
     /// Meshes of bilinear patches, in object space.
     pub bilinear_meshes: Arena<BilinearMesh>,
+    /// Triangle meshes that textures displace.
+    pub displacements: Vec<Displacement>,
     /// Pictures.
     pub images: Arena<TextureImage>,
     /// Scalar textures.
@@ -46,6 +48,7 @@ impl Scene {
         Self {
             triangle_meshes: Arena::default(),
             bilinear_meshes: Arena::default(),
+            displacements: Vec::new(),
             images: Arena::default(),
             float_textures: Arena::default(),
             spectrum_textures: Arena::default(),

@@ -49,6 +49,19 @@ pub struct Primitive {
     pub media: Option<MediumInterface>,
 }
 
+/// A mesh that a texture pushes along its normals before anything is built from it. The mesh needs texture coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct Displacement {
+    /// Which mesh.
+    pub mesh: Handle<TriangleMesh>,
+    /// By how much, in object space. The texture sees the position in object space and the texture coordinates.
+    pub texture: Handle<FloatTexture>,
+    /// Object to world space, for the lengths of edges.
+    pub world_from_object: Transform,
+    /// Edges are halved until they are shorter than this in world space.
+    pub edge_length: f32,
+}
+
 /// A group of primitives that instances repeat.
 #[derive(Clone, Debug, Default)]
 pub struct Object {

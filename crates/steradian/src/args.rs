@@ -97,7 +97,7 @@ pub(crate) struct LabArgs {
     #[arg(short, long = "output", value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub output: Option<PathBuf>,
 
-    /// A first look, in under two minutes on two cores [default]
+    /// A first look, in under two minutes on two cores; what happens unless --full is given
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
 

@@ -168,7 +168,7 @@ impl FromStr for ShardArg {
         let number = |s: &str| s.trim().parse::<u32>().ok();
         match s.split_once('/').and_then(|(i, n)| Some((number(i)?, number(n)?))) {
             Some((i, n)) if i >= 1 && i <= n && n <= MOST => Ok(ShardArg(Part { index: i - 1, count: n })),
-            Some((_, n)) if n >= 1 && n <= MOST => Err(format!("parts are numbered from 1 to {n}")),
+            Some((_, n)) if (1..=MOST).contains(&n) => Err(format!("parts are numbered from 1 to {n}")),
             _ => Err("write it as I/N, as in 2/8 for the second of eight parts".into()),
         }
     }

@@ -1,6 +1,6 @@
 //! Scene text to a tree with spans; pure, never fails; owns `Span` and `Diagnostic`.
 //!
-//! The way through: [`SourceMap`] owns the texts, [`parse`] (or [`Parser`], one directive at a time) turns one text into
+//! The way through: [`SourceMap`] owns the texts, [`parse()`] (or [`Parser`], one directive at a time) turns one text into
 //! [`Directive`]s plus [`Diagnostic`]s, [`print()`] writes a tree back. This crate knows how the pbrt-v4 language is *written*:
 //! tokens, directives and their arguments, typed parameter lists. What a directive means is for the loader to say.
 //!

@@ -29,7 +29,7 @@ pub fn page(report: &Report) -> Result<String, Error> {
     out.push_str(&slides(report));
     out.push_str(&errata(report));
     let _ = write!(out, "</main><footer><p class=\"soft\">Written by <code>steradian lab</code>.</p></footer>");
-    let _ = write!(out, "<script>{SCRIPT}</script></body></html>\n");
+    let _ = writeln!(out, "<script>{SCRIPT}</script></body></html>");
     Ok(out)
 }
 

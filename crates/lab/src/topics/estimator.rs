@@ -91,7 +91,7 @@ fn sample_mean(e: &mut Experiment, setting: &Setting) -> Slope {
         }
     }
     for n in [4.0, 16.0] {
-        let sigma = (VARIANCE / n as f64).sqrt();
+        let sigma = (VARIANCE / n).sqrt();
         let curve =
             (0..=100).map(|i| f64::from(i) / 100.0).map(|x| (x, normal_pdf((x - MEAN) / sigma) / sigma)).collect();
         histogram = histogram.with(format!("normal, N = {n}"), Mark::Dashed, curve);

@@ -21,6 +21,14 @@ pub(super) struct Declarations {
     sampler: Option<(String, Params)>,
     integrator: Option<(String, Params)>,
     seed: u64,
+    displacement_edge_scale: Option<f32>,
+}
+
+impl Declarations {
+    /// What the edge lengths of displaced meshes are multiplied by.
+    pub fn displacement_edge_scale(&self) -> f32 {
+        self.displacement_edge_scale.unwrap_or(1.0)
+    }
 }
 
 /// What pbrt takes when a scene says nothing.
@@ -280,8 +288,12 @@ impl Loader<'_> {
                 settings.jitter = p.boolean("jitter", true);
             }
             "pmj02bn" => {
-                p.warning("the `pmj02bn` sampler is not supported yet; `paddedsobol` is used instead", None);
+                // Owen-scrambled (0,2)-points are progressive multi-jittered ones (Christensen, Kensler and Kilpatrick 2018;
+                // Helmer, Christensen and Kensler 2021). What pbrt has beyond that is a table of how pixels differ.
                 settings.kind = SamplerKind::PaddedSobol;
+                settings.randomization = Randomization::Owen;
+                let note = "`pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables";
+                p.diagnostics.push(Diagnostic::note(note, p.span));
             }
             _ => {
                 let span = p.span;
@@ -359,7 +371,9 @@ impl Loader<'_> {
                 };
             }
             "lightpath" | "bdpt" | "mlt" | "sppm" => {
-                p.warning(format!("the `{kind}` integrator is not supported yet; `path` is used instead"), None);
+                // All of them see media but `sppm`, whose scenes have none.
+                settings.kind = IntegratorKind::VolPath;
+                p.warning(format!("the `{kind}` integrator is not supported yet; `volpath` is used instead"), None);
                 settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
                 p.accept_all();
             }
@@ -423,7 +437,11 @@ impl Loader<'_> {
                 Err(_) => self.error(format!("option \"seed\" must be an integer, not `{value}`"), span),
             },
             // How pbrt goes about its work; the image is the same.
-            "rendercoordsys" | "wavefront" | "displacementedgescale" => {}
+            "rendercoordsys" | "wavefront" => {}
+            "displacementedgescale" => match value.parse::<f32>() {
+                Ok(scale) if scale > 0.0 => self.declarations.displacement_edge_scale = Some(scale),
+                _ => self.error(format!("option \"displacementedgescale\" must be positive, not `{value}`"), span),
+            },
             "pixelstats" | "msereferenceimage" | "msereferenceout" => {
                 self.warning(format!("option \"{}\" is not supported and does nothing", d.text(0)), d.arg_span(0));
             }

@@ -7,7 +7,9 @@ use crate::files::read_all;
 use crate::ply;
 use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh, loop_subdivide};
 use steradian_math::Transform;
-use steradian_scene::{FloatInput, Instance, MediumInterface, Object, Primitive, Shape};
+use steradian_scene::{
+    Displacement, FloatInput, FloatTexture, Handle, Instance, MediumInterface, Object, Primitive, Shape,
+};
 use steradian_syntax::{Diagnostic, Directive, Span};
 
 const TYPES: [&str; 8] =
@@ -150,7 +152,9 @@ impl Loader<'_> {
         let uvs = p.take_points2("uv");
         p.take_ints("faceIndices");
         if let Some((_, span)) = p.string("emissionfilename") {
-            p.warning("`emissionfilename` is not supported yet and is ignored", span);
+            // It tells pbrt where to sample the light; what the light emits is the area light's matter.
+            let note = "`emissionfilename` changes how pbrt samples, not what the image tends to; it is not read";
+            p.diagnostics.push(Diagnostic::note(note, span));
         }
         if indices.is_empty() {
             return Vec::new();
@@ -166,11 +170,8 @@ impl Loader<'_> {
     }
 
     fn ply_mesh(&mut self, p: &mut Params) -> Vec<Shape> {
-        let displacement = p.raw("displacement", super::params::FLOAT_TEXTURE);
-        p.float("edgelength", 1.0);
-        if let Some((param, _)) = displacement {
-            p.warning("true displacement is not supported yet; the mesh stays as it is", param.span);
-        }
+        let displacement = p.has("displacement").then(|| self.float_texture(p, "displacement", 0.0));
+        let edge_length = p.float("edgelength", 1.0);
         let Some((name, span)) = p.string("filename") else {
             p.error(format!("{} needs a `filename`", p.what()), None);
             return Vec::new();
@@ -186,8 +187,14 @@ impl Loader<'_> {
             }
         };
         self.report_ply(&mesh, &name, span);
-        let ply::PlyMesh { positions, normals, uvs, triangles, quads, .. } = mesh;
+        let ply::PlyMesh { positions, normals, uvs, mut triangles, quads, .. } = mesh;
         let mut shapes = Vec::new();
+        if let Some(texture) = displacement {
+            // Only triangles are displaced; the corners of a patch are in the order of rows.
+            triangles.extend(quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
+            let mesh = TriangleMesh { positions, normals, tangents: Vec::new(), uvs, indices: triangles, flip: false };
+            return self.displaced(p, mesh, texture, edge_length);
+        }
         if !quads.is_empty() {
             // Shared vertices are kept twice where a file mixes both kinds of faces, which is rare.
             let (positions, normals, uvs) = (positions.clone(), normals.clone(), uvs.clone());
@@ -199,6 +206,34 @@ impl Loader<'_> {
             shapes.push(Shape::Triangles(self.scene.triangle_meshes.push(mesh)));
         }
         shapes
+    }
+
+    /// A mesh that a texture displaces when the world is built.
+    fn displaced(
+        &mut self,
+        p: &mut Params,
+        mesh: TriangleMesh,
+        texture: Handle<FloatTexture>,
+        edge_length: f32,
+    ) -> Vec<Shape> {
+        let edge_length = edge_length * self.declarations.displacement_edge_scale();
+        if edge_length.is_nan() || edge_length <= 0.0 {
+            let span = p.span_of("edgelength");
+            p.error(format!("`edgelength` must be positive, not {edge_length}"), span);
+            return Vec::new();
+        }
+        if mesh.uvs.is_empty() {
+            let span = p.span_of("displacement");
+            p.error("a mesh needs texture coordinates to be displaced", span);
+            return Vec::new();
+        }
+        if mesh.indices.is_empty() {
+            return Vec::new();
+        }
+        let mesh = self.scene.triangle_meshes.push(mesh);
+        let world_from_object = self.state.ctm[0];
+        self.scene.displacements.push(Displacement { mesh, texture, world_from_object, edge_length });
+        vec![Shape::Triangles(mesh)]
     }
 
     fn report_ply(&mut self, mesh: &ply::PlyMesh, name: &str, span: Span) {

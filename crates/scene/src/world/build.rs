@@ -1,5 +1,6 @@
 //! From scene to world: instances flattened, meshes put in place, trees and tables built.
 
+use super::displacement::displace_meshes;
 use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
 use super::medium::{build_media, needs_one_wavelength};
@@ -84,7 +85,9 @@ impl World {
     /// # Errors
     /// If a mesh does not fit together, or there is too much of something; a loader's checks make that impossible for
     /// files.
-    pub fn build(mut scene: Scene) -> Result<World, Error> {
+    pub fn build(scene: Scene) -> Result<World, Error> {
+        let pyramids = pyramids(&scene)?;
+        let (mut scene, pyramids) = displace_meshes(scene, pyramids)?;
         let mut flat = Vec::new();
         let identity = steradian_math::Transform::IDENTITY.into();
         let instances = std::mem::take(&mut scene.instances);
@@ -117,7 +120,6 @@ impl World {
         groups.insert(0, Group::build(&scene, &primitives, &bounds)?);
         let bounds = groups[0].accel.bounds();
 
-        let pyramids = pyramids(&scene)?;
         let media = build_media(&scene, primitives.iter().chain(objects.iter().flatten()))?;
         let settings = &scene.settings;
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);

@@ -2,6 +2,7 @@
 
 mod build;
 mod camera;
+mod displacement;
 mod group;
 mod lens;
 mod light;
