@@ -11,7 +11,7 @@ use anyhow::{Context, Result, ensure};
 /// Whole nanometres from 360 to 830.
 const SAMPLES: usize = 471;
 /// Nodes along each axis of a coefficient table. The spectrum crate knows the same number.
-const RESOLUTION: usize = 32;
+const RESOLUTION: usize = 40;
 
 /// Writes `cie1931.f32`, `blackbody_log_xyz.f32`, `illuminant_d65.f32`, `illuminant_aces_d60.f32` and `uplift_*.f32` into `data`, the spectrum crate's data folder.
 ///

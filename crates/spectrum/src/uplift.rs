@@ -6,7 +6,7 @@
 use crate::{ColorSpace, Lanes};
 
 /// Nodes along each axis of a table.
-const RES: usize = 32;
+const RES: usize = 40;
 
 static SRGB: &[u8] = include_bytes!("../data/uplift_srgb.f32");
 static DCI_P3: &[u8] = include_bytes!("../data/uplift_dci_p3.f32");

@@ -162,6 +162,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Output")]
     pub aov: Vec<Aov>,
 
+    /// Take the noise out with Open Image Denoise, if that is installed; the noisy picture stays in noisy.R .G .B
+    #[arg(long, help_heading = "Output")]
+    pub denoise: bool,
+
     #[command(flatten)]
     pub picture: PictureArgs,
     #[command(flatten)]

@@ -14,10 +14,11 @@ use crate::args::RenderArgs;
 use crate::console::Console;
 use crate::failure::{DONE, Failure, INTERRUPTED};
 use crate::numbers::ExposureArg;
+use crate::oidn::Oidn;
 use crate::output::{self, Outputs, Story};
 use crate::progress::{Display, percent};
 use crate::watch::Watch;
-use crate::{again, interrupt, keep, numbers, opened, overrides, stop};
+use crate::{again, denoise, interrupt, keep, numbers, opened, overrides, stop};
 
 /// Renders and writes; the exit code.
 pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
@@ -29,6 +30,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let part = part_file(args)?;
     let known = !args.output.output.is_empty() || args.scene.is_none();
     let early = if known { Some(prepare(args, part, None)?) } else { None };
+    let oidn = if args.denoise { Some(Oidn::load().map_err(Failure::Environment)?) } else { None };
     let resume = keep::open(&args.keep)?;
 
     let display = Display::new(args.run.progress, &console);
@@ -85,7 +87,8 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     watch.display.finish();
     watch.display.phase("write");
     report_bad_samples(&rendered, args, &console);
-    let failed = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world));
+    let failed =
+        write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world, oidn.as_ref()));
     drop(working);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
@@ -104,7 +107,7 @@ fn write(
     part: Option<&Path>,
     (manifest, threads): (&Metadata, usize),
     label: Label,
-    (aovs, world): (&[Aov], &World),
+    (aovs, world, oidn): (&[Aov], &World, Option<&Oidn>),
 ) -> Vec<String> {
     let mut failed = Vec::new();
     if watch.keeper.is_some() || part.is_some() {
@@ -118,6 +121,11 @@ fn write(
         match aov::add(&mut picture, aovs, rendered, world, threads, &AtomicBool::new(false)) {
             Ok(_) => {}
             Err(e) => failed.push(format!("the channels of --aov cannot be added: {e}")),
+        }
+        if let Some(oidn) = oidn
+            && let Err(e) = denoise::denoise(oidn, &mut picture, world, threads)
+        {
+            failed.push(format!("the picture is not denoised: {e}"));
         }
         failed.extend(outputs.write(&picture, Some(&variance), watch.raw));
     }
@@ -161,6 +169,9 @@ fn prepare(args: &RenderArgs, part: Option<&Path>, scene_file: Option<&str>) -> 
     };
     if let Some(lost) = args.aov.iter().find(|&&aov| !outputs.pictures.iter().any(|p| takes(p, aov))) {
         return Err(Failure::Input(format!("--aov {} needs an .exr to be written to", lost.name())));
+    }
+    if args.denoise && !outputs.pictures.iter().any(|p| takes(p, Aov::Depth)) {
+        return Err(Failure::Input("--denoise needs an .exr, which keeps the noisy picture too".into()));
     }
     Ok(outputs)
 }

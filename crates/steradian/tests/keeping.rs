@@ -272,3 +272,23 @@ fn the_selftest_passes() {
     let out = f.ok("selftest");
     assert_eq!(out.lines().filter(|l| l.starts_with("  ok ")).count(), 5, "{out}");
 }
+
+/// Where the library is not, that is said before rendering, with what to do; where it is, the noisy picture stays.
+#[test]
+fn denoising_is_there_or_says_what_is_missing() {
+    let f = Folder::with_scene();
+    let said = fails(&f, 2, "render small.pbrt --denoise -o a.png");
+    assert!(said.contains("--denoise needs an .exr") || said.contains("pip install oidn"), "{said}");
+    let mut without = f.command("render small.pbrt -q --denoise -o a.exr");
+    let ran = common::Ran::from(without.output().unwrap());
+    if ran.code == Some(0) {
+        let image = steradian_image::read(&f.bytes("a.exr"), "a.exr").unwrap();
+        f.ok("render small.pbrt -q -o b.exr");
+        let plain = steradian_image::read(&f.bytes("b.exr"), "b.exr").unwrap();
+        assert_eq!(image.planes("noisy"), plain.planes(""));
+        assert!(image.planes("") != plain.planes("") && image.metadata.text("steradian.denoised").is_some());
+    } else {
+        assert_eq!(ran.code, Some(3), "{}", ran.err);
+        assert!(ran.err.contains("pip install oidn") && !f.path("a.exr").exists(), "{}", ran.err);
+    }
+}
