@@ -1,4 +1,4 @@
-//! The whole report, or some topics of it: `cargo run --release -p steradian-lab --example report -- FOLDER [--full] [TOPIC]...`
+//! The whole report, or some topics of it: `cargo run --release -p steradian-lab --example report -- FOLDER [--full] [--seed=N] [TOPIC]...`
 //! (`steradian lab` does the same).
 #![expect(clippy::print_stdout, reason = "an example talks")]
 
@@ -21,13 +21,15 @@ fn main() -> Result<(), steradian_lab::Error> {
     let mut words = std::env::args().skip(1);
     let folder = words.next().map(Into::into);
     let (flags, topics): (Vec<String>, Vec<String>) = words.partition(|w| w.starts_with("--"));
-    let effort = match flags.first().map(String::as_str) {
-        Some("--full") => Effort::Full,
-        Some("--least") => Effort::Least,
+    let has = |flag: &str| flags.iter().any(|f| f == flag);
+    let effort = match (has("--full"), has("--least")) {
+        (true, _) => Effort::Full,
+        (_, true) => Effort::Least,
         _ => Effort::Quick,
     };
+    let seed = flags.iter().find_map(|f| f.strip_prefix("--seed=")?.parse().ok()).unwrap_or(1);
     let threads = std::thread::available_parallelism().map_or(1, Into::into);
-    let report = run_cli_like(&Options { topics, folder, effort, seed: 1, threads }, &Lines)?;
+    let report = run_cli_like(&Options { topics, folder, effort, seed, threads }, &Lines)?;
     println!("{} of {} claims hold", report.claims().filter(|c| c.holds()).count(), report.claims().count());
     Ok(())
 }

@@ -102,6 +102,19 @@ impl Claim {
         Self::close(topic, claim, predicted, measured, error, tolerance * predicted)
     }
 
+    /// The ratio of two squared errors is at most `bound`, up to their scatter.
+    pub fn better(topic: Topic, claim: impl Into<String>, bound: f64, top: &ErrorAt, bottom: &ErrorAt) -> Self {
+        let measured = top.mean_square / bottom.mean_square;
+        let error = measured * top.relative.hypot(bottom.relative);
+        Self::within(topic, claim, bound, measured, [0.0, bound + z_limit() * error])
+    }
+
+    /// A squared error falls at least as fast as `n^bound`, up to the scatter of the points.
+    pub fn falls_faster(topic: Topic, claim: impl Into<String>, bound: f64, points: &[ErrorAt]) -> Self {
+        let (measured, error) = slope(points).map_or((f64::NAN, 0.0), |s| (2.0 * s.value, 2.0 * s.standard_error));
+        Self::within(topic, claim, bound, measured, [f64::NEG_INFINITY, bound + z_limit() * error])
+    }
+
     /// Measured is at most `bound`.
     pub fn at_most(topic: Topic, claim: impl Into<String>, bound: f64, measured: f64) -> Self {
         Self::within(topic, claim, bound, measured, [f64::NEG_INFINITY, bound])

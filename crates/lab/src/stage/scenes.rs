@@ -60,10 +60,10 @@ pub fn room(size: [u32; 2], max_depth: u32) -> Builder {
     b
 }
 
-/// Four plates of rising roughness that reflect four balls of rising size and equal power (after Veach 1997, figure 9.2).
-pub fn plates_world(size: [u32; 2]) -> Result<World, Error> {
+/// Four plates of rising roughness that reflect balls of the given radii and equal power (after Veach 1997, figure 9.2).
+pub fn plates_world(size: [u32; 2], radii: &[f32]) -> Result<World, Error> {
     let mut b = Builder::new(size, 1);
-    b.camera([0.0, 2.0, -9.0], [0.0, 0.7, 0.0], 27.0);
+    b.camera([0.0, 2.0, -9.0], [0.0, 1.25, 0.0], 31.0);
     let wall = b.diffuse([0.35; 3]);
     b.quad([[-9.0, -1.0, -6.0], [-9.0, -1.0, 5.0], [9.0, -1.0, 5.0], [9.0, -1.0, -6.0]], wall);
     b.quad([[-9.0, -1.0, 5.0], [-9.0, 9.0, 5.0], [9.0, 9.0, 5.0], [9.0, -1.0, 5.0]], wall);
@@ -87,8 +87,8 @@ pub fn plates_world(size: [u32; 2]) -> Result<World, Error> {
         let (w, h) = (2.6, 0.42);
         b.quad([corner(-w, -h), corner(w, -h), corner(w, h), corner(-w, h)], metal);
     }
-    for (i, radius) in [0.04f32, 0.13, 0.34, 0.7].into_iter().enumerate() {
-        b.ball_lamp(radius, [-2.3 + 1.55 * i as f32, 3.4, 2.2], 1.3 / (radius * radius));
+    for (i, &radius) in radii.iter().enumerate() {
+        b.ball_lamp(radius, [-2.3 + 1.55 * i as f32, 3.4, 2.2], 0.5 / (radius * radius));
     }
     Ok(b.build()?)
 }

@@ -96,7 +96,7 @@ fn compare(
 ) -> Result<f64, Error> {
     let seed = setting.seed_for(TOPIC, name.len() as u64);
     let width = size(setting)[0] as usize;
-    let truth = lobe(world, setting, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 16_384), seed ^ 9);
+    let truth = lobe(world, setting, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 4_096), seed ^ 9);
     let ideal = mirror(world, setting, refraction, 64, seed);
     let mut shown = vec![paint::colour(
         &format!("{name}-ideal"),

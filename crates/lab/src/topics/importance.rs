@@ -164,7 +164,7 @@ fn lobes(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
             stage::add(p.emitted, reflected)
         })
     };
-    let reference = render(true, SamplerKind::PaddedSobol, setting.effort.pick(2_048, 1_024, 16_384), seed ^ 99);
+    let reference = render(true, SamplerKind::PaddedSobol, setting.effort.pick(2_048, 1_024, 4_096), seed ^ 99);
     let mut pictures = Vec::new();
     let mut mse = Vec::new();
     // The row of the slides, and 900 without to compare with.

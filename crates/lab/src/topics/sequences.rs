@@ -105,7 +105,7 @@ fn dots(index: usize, p: &Placement, setting: &Setting) -> Picture {
 }
 
 fn discrepancy(e: &mut Experiment, setting: &Setting) -> (f64, f64) {
-    let repeats = setting.effort.pick(4, 8, 32);
+    let repeats = setting.effort.pick(4, 8, 8);
     let counts: &[u32] = setting.effort.pick(&[16, 64, 256], &[16, 64, 256, 1024], &[16, 64, 256, 1024, 4096]);
     let mut figure = Figure::new(
         "star-discrepancy",
@@ -251,7 +251,7 @@ fn integrals(e: &mut Experiment, setting: &Setting) -> String {
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([32, 24], [96, 72], [160, 120]);
     let world = stage::penumbra_world(size, SamplerKind::PaddedSobol)?;
-    let reference_spp = setting.effort.pick(512, 1024, 8192);
+    let reference_spp = setting.effort.pick(512, 1024, 4096);
     let seed = setting.seed_for(TOPIC, 4);
     let (truth, _) = stage::render_counted(&world, SamplerKind::PaddedSobol, reference_spp, seed ^ 99, setting.threads);
     let kinds = [

@@ -142,7 +142,7 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
             },
         )
     };
-    let truth = average(&world, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 8_192), seed ^ 9);
+    let truth = average(&world, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 4_096), seed ^ 9);
     let hard = average(&point, SamplerKind::PaddedSobol, 16, seed);
     let random = average(&world, SamplerKind::Independent, 16, seed);
     let stratified = average(&world, SamplerKind::Stratified, 16, seed);
