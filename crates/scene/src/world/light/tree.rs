@@ -7,8 +7,9 @@
 use super::bounds::{LightBounds, Prepared};
 use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3};
 
-/// Children of a node.
+/// Children of a node, and as many as are worked on side by side.
 const WIDTH: usize = 8;
+const HALF: usize = 4;
 /// Deeper than this, a node of the binary tree is split in the middle, so that it cannot become a list.
 const SAH_DEPTH: u32 = 32;
 /// Bit of a child that says: a light, not a node.
@@ -28,6 +29,7 @@ struct Node {
     mirror: Eight,
     power: Eight,
     child: [u32; WIDTH],
+    count: u32,
     /// The node above and the place in it; the root is its own.
     parent: (u32, u32),
 }
@@ -42,15 +44,26 @@ impl Node {
         (self.cos[i], self.sin[i], self.least[i]) = (p.cos, p.sin, p.least);
         (self.mirror[i], self.power[i]) = (p.mirror, p.power);
         self.child[i] = child;
+        self.count = self.count.max(i as u32 + 1);
     }
 
     /// An upper-bound-like estimate of each child's effect on a point; `n` is the null vector inside a medium. Zero only if no light of
     /// the child reaches the point.
     #[inline]
     fn importances(&self, p: Point3, n: Normal3) -> Eight {
-        let in_medium = n == Normal3::default();
         let mut out = [0.0; WIDTH];
-        for i in 0..WIDTH {
+        self.add_importances::<0>(p, n, &mut out);
+        if self.count > HALF as u32 {
+            self.add_importances::<HALF>(p, n, &mut out);
+        }
+        out
+    }
+
+    /// The importances of four children, from `FIRST` on.
+    #[inline(always)]
+    fn add_importances<const FIRST: usize>(&self, p: Point3, n: Normal3, out: &mut Eight) {
+        let in_medium = n == Normal3::default();
+        for i in FIRST..FIRST + HALF {
             let (x, y, z) = (p.x - self.centre[0][i], p.y - self.centre[1][i], p.z - self.centre[2][i]);
             let d2 = x * x + y * y + z * z;
             let inverse = 1.0 / at_least(d2, 1e-30).sqrt();
@@ -76,7 +89,6 @@ impl Node {
             let importance = self.power[i] * at_least(cos_p, 1e-4) * lit / falloff;
             out[i] = if cos_p <= self.least[i] { 0.0 } else { importance };
         }
-        out
     }
 }
 
