@@ -18,7 +18,7 @@ START_SCENES = ["cornell", "mesh-1m", "mesh-8m"]
 def main() -> int:
     """0 done, 1 a table is stale, 2 the request makes no sense."""
     parser = argparse.ArgumentParser(prog="benches/peers/run", description="Steradian beside Mitsuba 3, Cycles and pbrt-v4: the same scenes, one session.")
-    parser.add_argument("--quick", action="store_true", help="a smoke run of two minutes: small pictures, two scenes; its figures mean little")
+    parser.add_argument("--quick", action="store_true", help="a smoke run of a few minutes: small pictures, two scenes; its figures mean little")
     parser.add_argument("--only", metavar="SCENE,...", help="these scenes")
     parser.add_argument("--peers", metavar="NAME,...", help="these renderers beside Steradian: mitsuba, cycles, pbrt (pbrt needs PBRT=path)")
     parser.add_argument("--rounds", type=int, default=2, help="seeds, each a round of all competitors [2]")
@@ -76,12 +76,30 @@ def measure(options: argparse.Namespace, parser: argparse.ArgumentParser) -> int
             run.starts(name)
         (out / "raw.json").write_text(json.dumps(run.record, indent=1) + "\n")
         report.write(out)
+    rays(out, options.quick)
+    report.write(out)
     plots.write(run.record, out)
     print("\n".join(report.summary(report.load(out))))
     if options.readme:
         report.into_readme(ROOT / "README.md", out, ROOT)
     print(f"wrote {out}")
     return 0
+
+
+def rays(out: Path, quick: bool) -> None:
+    """Ray queries beside Embree's, where RAYS names that benchmark and the environment has Embree."""
+    from . import measure as child
+
+    libraries = sorted(Path(sys.prefix).glob("lib/python*/site-packages/embreex.libs/libembree4*.so*"))
+    program = os.environ.get("RAYS")
+    if not libraries or not program:
+        print("rays: not measured")
+        return
+    some = ["--only", "20k", "--rounds", "2"] if quick else []
+    try:
+        child.run([program, "--embree", str(libraries[0]), "--json", str(out / "rays.json"), *some])
+    except child.Failed as failed:
+        print(f"rays: not measured: {failed}")
 
 
 def _today() -> str:

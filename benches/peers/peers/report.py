@@ -49,10 +49,15 @@ def table(raw: Raw) -> str:
         label = raw["variants"][key]["label"] + (f", kernels {kernels}" if kernels != "-" else "")
         cells = [_median([s["wall"] for s in raw["starts"] if (s["scene"], s["variant"], s["kernels"]) == (name, key, kernels)]) for name in scenes]
         lines.append(f"| {label} | " + " | ".join("–" if c is None else f"{c:.2f}" for c in cells) + " |")
+    if raw["rays"]:
+        lines += ["", "## Rays", "", "Millions a second, one thread; `cargo run --release -p benches --bin rays`.", "",
+                  "| mesh | | primary | diffuse | shadow | built in s | bytes a triangle |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
+        lines += [f"| {r['scene']} | {r['engine']} | {r['primary']:.2f} | {r['diffuse']:.2f} | {r['shadow']:.2f} | {r['build_seconds']:.3f} "
+                  f"| {r['bytes_per_triangle']:.0f} |" for r in raw["rays"]]
     return "\n".join(lines) + "\n"
 
 
-def summary(raw: Raw) -> list[str]:
+def summary(raw: Raw, brief: bool = False) -> list[str]:
     """The figures of merit as a table: geometric mean over the scenes, and the worst scene. Above 1, Steradian is ahead."""
     rows = ["| Steradian against | scenes | geometric mean | worst scene |", "| --- | ---: | ---: | --- |"]
     rgb = [key for key in raw["variants"] if _is(raw, key, "rgb") and not key.startswith("steradian")]
@@ -68,10 +73,10 @@ def summary(raw: Raw) -> list[str]:
     for target in ("0.01", "0.001"):
         words = {"0.01": "1e-2", "0.001": "1e-3"}[target]
         line(f"CPU time to relMSE {words}: the best of all others, in each scene", _against(raw, OURS, rgb, lambda f: f["cpu_to"][target]))
-        for name, keys in _renderers(raw, rgb):
+        for name, keys in _renderers(raw, rgb) if target == "0.001" or not brief else []:
             line(f"CPU time to relMSE {words}: {name}, its better sampler", _against(raw, OURS, keys, lambda f: f["cpu_to"][target]))
     for key in rgb:
-        if not key.endswith("-best"):
+        if not key.endswith("-best") and not (brief and "llvm" not in key):
             line(f"camera paths per CPU second: {raw['variants'][key]['label']}",
                  _against(raw, OURS, [key], lambda f: 1 / f["paths_per_cpu_second"]))
     for key in spectral:
@@ -79,20 +84,21 @@ def summary(raw: Raw) -> list[str]:
              _against(raw, OURS_SPECTRAL, [key], lambda f: 1 / f["paths_per_cpu_second"]))
         line(f"spectral, CPU time to relMSE 1e-3: {raw['variants'][key]['label']}",
              _against(raw, OURS_SPECTRAL, [key], lambda f: f["cpu_to"]["0.001"]))
+    if not brief:
+        line("CPU time to relMSE 1e-3: the best of all others, Steradian too with its better sampler",
+             _against(raw, [k for k in raw["variants"] if k.startswith(OURS)], rgb, lambda f: f["cpu_to"]["0.001"]))
     line("start to first pixel: the best of all others, kernels compiled before", _starts(raw, rgb))
     line("peak memory: the best of all others", _against(raw, OURS, rgb, lambda f: f["peak_mb"]))
     if "pbrt" not in raw["variants"]:
         rows.append("| pbrt-v4 | 0 | not measured | |")
-    if raw["rays"]:
-        line("rays per second: Embree 4", {row["what"]: row["steradian"] / row["embree"] for row in raw["rays"]["rows"]})
-    else:
-        rows.append("| rays per second: Embree 4 | 0 | not measured | |")
+    for engine, words in (("robust", "watertight as ours is"), ("fast", "not watertight")):
+        line(f"rays per second, one thread: Embree 4, high-quality build, {words}", _rays(raw, f"Embree high {engine}"))
     return rows
 
 
 def readme(raw: Raw, folder: str) -> str:
     """What stands between the markers of the README."""
-    lines = ["On " + _machine(raw)[0].lower() + _machine(raw)[1:] + " Above 1, Steradian is ahead; the rest are losses.", "", *summary(raw), "",
+    lines = [f"Ratios of one session; above 1 Steradian is ahead, and **losses** stand out. {_machine(raw)}", "", *summary(raw, brief=True), "",
              "| CPU seconds to relMSE 1e-3 | " + " | ".join(raw["scenes"]) + " |", "| --- |" + " ---: |" * len(raw["scenes"])]
     for key in raw["variants"]:
         cells = [_time(raw["figures"][scene].get(key), "0.001") for scene in raw["scenes"]]
@@ -162,15 +168,16 @@ def _row(raw: Raw, scene: str, key: str, f: dict[str, Any]) -> str:
             f"| {ratios[0]} | {ratios[1]} | {f['peak_mb']:.0f} | {f['ratio']:.4f} | {100 * f['blocks']:.2f} % |")
 
 
-def _against(raw: Raw, ours: str, peers: Iterable[str], cost: Any) -> dict[str, float]:
-    """In each scene, the least cost of the peers that agree over ours."""
-    peers = list(peers)
+def _against(raw: Raw, ours: str | list[str], peers: Iterable[str], cost: Any) -> dict[str, float]:
+    """In each scene, the least cost of the peers that agree over the least of ours."""
     ratios = {}
     for scene, figures in raw["figures"].items():
-        mine = figures.get(ours)
-        costs = [cost(figures[key]) for key in peers if key in figures and figures[key].get("agrees")]
-        if mine and "failed" not in mine and costs:
-            ratios[scene] = min(costs) / cost(mine)
+        def least(keys: Iterable[str]) -> float | None:
+            return min((cost(figures[key]) for key in keys if key in figures and figures[key].get("agrees")), default=None)
+
+        mine, theirs = least([ours] if isinstance(ours, str) else ours), least(peers)
+        if mine is not None and theirs is not None:
+            ratios[scene] = theirs / mine
     return ratios
 
 
@@ -184,6 +191,18 @@ def _starts(raw: Raw, peers: list[str]) -> dict[str, float]:
         mine = wall(OURS)
         if mine and others:
             ratios[scene] = min(others) / mine
+    return ratios
+
+
+def _rays(raw: Raw, engine: str) -> dict[str, float]:
+    """By mesh and kind of ray; the build of `benches`, bin `rays`."""
+    ratios = {}
+    rows = raw["rays"] or []
+    for mesh in dict.fromkeys(row["scene"] for row in rows):
+        ours = [row for row in rows if row["scene"] == mesh and row["engine"].startswith("Steradian")]
+        theirs = [row for row in rows if row["scene"] == mesh and row["engine"] == engine]
+        for kind in ("primary", "diffuse", "shadow") if ours and theirs else ():
+            ratios[f"{mesh}, {kind}"] = ours[0][kind] / theirs[0][kind]
     return ratios
 
 

@@ -16,4 +16,4 @@ def build() -> Scene:
         Mesh("lamp", *quad((-1, 5, -1), (0.4, 5, -1), (0.4, 5, 0.4), (-1, 5, 0.4)), emission=(60.0, 55.0, 45.0)),
         Mesh("shade", *quad((-1.1, 5.002, 0.5), (0.5, 5.002, 0.5), (0.5, 5.002, -1.1), (-1.1, 5.002, -1.1))),
     ]
-    return Scene("fog", "Homogeneous medium", Camera((0.5, 3.0, 9), (0, 1.3, 0), 36, 288, 192), meshes, 8, (16, 64))
+    return Scene("fog", "Homogeneous medium", Camera((0.5, 3.0, 9), (0, 1.3, 0), 36, 288, 192), meshes, 8, (8, 32))

@@ -37,4 +37,4 @@ def build() -> Scene:
     for number, x in enumerate((-2.2, 0.0, 2.2)):
         points, faces, uv = blob((x, 1.0, 0.3 - 0.5 * abs(x)), 1.0, 60_000, 0.03, number)
         meshes.append(Mesh(f"ball{number}", points, faces, Diffuse(Texture(f"ball{number}", _cloth(1024, 3 + number))), uv=uv))
-    return Scene("textured", "Image textures", Camera((0, 3.2, 9.5), (0, 1.1, 0), 32, 384, 256), meshes, 5, (16, 64))
+    return Scene("textured", "Image textures", Camera((0, 3.2, 9.5), (0, 1.1, 0), 32, 384, 256), meshes, 5, (8, 32))
