@@ -27,12 +27,15 @@ struct PixelPart {
     /// Place of the pixel along the curve, and the seed of the round.
     pixel: [u64; 2],
     known: u64,
-    digits: [u64; Self::DIMENSIONS],
+    digits: Box<[u64; Self::DIMENSIONS]>,
 }
 
 impl PixelPart {
     const DIMENSIONS: usize = 64;
-    const NONE: Self = Self { pixel: [0; 2], known: 0, digits: [0; Self::DIMENSIONS] };
+
+    fn new() -> Self {
+        Self { pixel: [0; 2], known: 0, digits: Box::new([0; Self::DIMENSIONS]) }
+    }
 
     #[inline]
     fn go_to(&mut self, pixel: [u64; 2]) {
@@ -56,7 +59,7 @@ impl ZSobolSampler {
             morton: 0,
             round_seed: settings.seed,
             dimension: 0,
-            pixel_part: PixelPart::NONE,
+            pixel_part: PixelPart::new(),
         }
     }
 
