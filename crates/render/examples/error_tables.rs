@@ -9,7 +9,7 @@ mod scenes;
 #[path = "../tests/suite/coverage.rs"]
 mod coverage;
 
-use steradian_render::{DARKEST, ErrorGoal, Goals, Share};
+use steradian_render::{Adaptive, DARKEST, ErrorGoal, Goals, Share};
 
 /// Pixels a side: nine tiles, so that some can rest while others go on.
 const SIZE: u32 = 40;
@@ -28,12 +28,12 @@ fn coverage_table(truths: &[Vec<f64>]) {
     println!("| scene | samples | bound | broken | within: mean, least | spp | bias / bound | samples / needed |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     for ((name, bound), truth) in SCENES.into_iter().zip(truths) {
-        for adaptive in [false, true] {
+        for adaptive in [Adaptive::No, Adaptive::Error] {
             let error = Some(ErrorGoal::linear(bound));
             let c = coverage::coverage(name, &Goals { error, adaptive, share: Share::Whole }, truth, REPEATS);
             println!(
                 "| {name} | {} | {} % | {} of {REPEATS} | {:.3}, {:.3} | {:.0} | {:+.3} | {:.2} |",
-                if adaptive { "adaptive" } else { "even" },
+                if adaptive == Adaptive::No { "even" } else { "adaptive" },
                 bound * 100.0,
                 c.broken,
                 c.within[0],
@@ -54,7 +54,7 @@ fn adaptive_table(truths: &[Vec<f64>]) {
     for ((name, _), truth) in SCENES.into_iter().zip(truths) {
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
         for spp in [64, 256] {
-            let error = |adaptive: bool| {
+            let error = |adaptive: Adaptive| {
                 (0..24)
                     .map(|seed| {
                         let r = coverage::at(name, SIZE, seed, spp, &Goals { adaptive, ..Goals::default() });
@@ -64,7 +64,7 @@ fn adaptive_table(truths: &[Vec<f64>]) {
                     })
                     .sum::<f64>()
             };
-            let ratio = error(false) / error(true);
+            let ratio = error(Adaptive::No) / error(Adaptive::Error);
             println!("| {name} | {spp} | {ratio:.3} |");
             assert!(spp < 256 || ratio > 1.0 / 1.05);
         }

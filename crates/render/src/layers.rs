@@ -270,14 +270,10 @@ fn outliers(film: &Film, from: usize) -> Vec<[f32; 3]> {
     for tile in &film.tiles {
         for i in 0..tile.len() {
             let [x, y] = tile.pixel(i);
-            let mut counts = [0u32; SETS];
-            let whole = tile.samples() / SETS as u32;
-            // Blocks that lie inside the range have one of each; only whole pictures are looked at, which begin with one.
-            counts.fill(whole);
-            (tile.first + whole * SETS as u32..tile.end).for_each(|s| counts[set_of([x, y], s)] += 1);
-            if whole < 2 {
+            if tile.samples() < 2 * SETS as u32 {
                 continue;
             }
+            let counts = counts_of([x, y], tile.first, tile.end);
             let sums = tile.layer_sums(i);
             let means: [[f32; 3]; SETS] = std::array::from_fn(|k| sums[from + k].map(|v| v / counts[k].max(1) as f32));
             let at = (y - film.bounds[2]) as usize * width + (x - film.bounds[0]) as usize;
@@ -285,6 +281,16 @@ fn outliers(film: &Film, from: usize) -> Vec<[f32; 3]> {
         }
     }
     out
+}
+
+/// How many of the samples `first .. end` belong to each set.
+fn counts_of(pixel: [u32; 2], first: u32, end: u32) -> [u32; SETS] {
+    let n = SETS as u32;
+    let (head, tail) = (first.next_multiple_of(n).min(end), (end / n * n).max(first));
+    // Whole blocks have one of each.
+    let mut counts = [tail.saturating_sub(head) / n; SETS];
+    (first..head).chain(tail.max(head)..end).for_each(|s| counts[set_of(pixel, s)] += 1);
+    counts
 }
 
 /// What the mean of all sets is above the mean of those that are not left out.
@@ -335,6 +341,11 @@ mod tests {
             let mut seen = [0; SETS];
             (0..SETS as u32).for_each(|i| seen[set_of([3, 900], block * SETS as u32 + i)] += 1);
             assert_eq!(seen, [1; SETS]);
+        }
+        for (first, end) in [(0, 14), (0, 20), (3, 5), (3, 9), (3, 14), (16, 16), (16, 100), (7, 21)] {
+            let mut seen = [0; SETS];
+            (first..end).for_each(|s| seen[set_of([9, 4], s)] += 1);
+            assert_eq!(counts_of([9, 4], first, end), seen, "{first}..{end}");
         }
     }
 }

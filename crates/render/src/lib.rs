@@ -1,5 +1,6 @@
 //! Film, tiles, threads, progress, stop rules, checkpoints, shares of a distributed render.
 
+pub mod contrast;
 mod error;
 mod error_goal;
 mod fault;
@@ -18,12 +19,12 @@ pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use features::{Features, MOST_FEATURE_SAMPLES, features};
-pub use film::{Film, TILE_SIZE, Tile};
+pub use film::{FINE_TILE_SIZE, Film, TILE_SIZE, Tile};
 pub use layers::{CLAMPED, Layer, Layers, MOST_LAYERS, OUTLIERS, layer_width, light_groups, read_layers};
-pub use renderer::{Rendered, render, render_counted, run};
+pub use renderer::{Rendered, render, render_counted, run, run_counted};
 pub use sample::{PixelSampler, Sampled};
 pub use schedule::Schedule;
 pub use share::{Part, Share, join};
 pub use snapshot::{Identity, Label, Snapshot, differences};
 pub use sums::{Node, PixelStack, PixelSum, nodes_of};
-pub use task::{ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Task};
+pub use task::{Adaptive, ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Task};

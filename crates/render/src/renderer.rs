@@ -1,15 +1,16 @@
 //! The render loop: rounds and passes over tiles on all threads, progress, looking, stopping, checkpoints.
 
+use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
 use crate::fault::{BadSample, Fault};
-use crate::film::{Film, REMEMBERED, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
 use crate::layers::{LayerSampler, Layers, finite};
 use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
 use crate::share::Share;
 use crate::snapshot::{Identity, Label, Writer};
 use crate::sums::{PixelStack, PixelSum};
-use crate::task::{Goals, Observer, Outcome, Plan, Progress, Task};
+use crate::task::{Adaptive, Goals, Observer, Outcome, Plan, Progress, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -118,6 +119,15 @@ pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered
     counted::<RayCounts>(task, observer, cancel).0
 }
 
+/// As [`run`], counting intersection tests and path lengths as well: of what this run traces, an abandoned pass included.
+/// The picture is the same; rendering is slower.
+///
+/// # Panics
+/// As [`run`].
+pub fn run_counted(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, Counters) {
+    counted(task, observer, cancel)
+}
+
 fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let start = Instant::now();
     let sampler = PixelSampler::new(task.world);
@@ -129,7 +139,11 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
             (s.film, s.schedule, s.elapsed)
         }
         None => {
-            let film = Film::with_layers(bounds, task.layers.width());
+            let tile_size = match task.goals.criterion() {
+                Adaptive::Contrast => FINE_TILE_SIZE,
+                Adaptive::No | Adaptive::Error => TILE_SIZE,
+            };
+            let film = Film::with_tiles(bounds, tile_size, task.layers.width());
             let schedule = Schedule::new(film.tiles.len());
             (film, schedule, Duration::ZERO)
         }
@@ -236,7 +250,7 @@ impl<C: Count> Job<'_, '_, C> {
 
     /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
     fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
-        let adaptive = self.goals.adaptive && self.goals.share == Share::Whole;
+        let adaptive = self.goals.criterion();
         let seen = self.assess(film, schedule::look_at(schedule.round));
         let goal = self.goals.error.as_ref();
         if let (Some(goal), Some(seen)) = (goal, &seen) {
@@ -245,9 +259,10 @@ impl<C: Count> Job<'_, '_, C> {
                 return true;
             }
         }
-        let targets = match (&seen, goal) {
-            (Some(seen), Some(goal)) if adaptive => schedule::towards_goal(film, seen, goal.pixels, schedule),
-            (Some(seen), None) if adaptive => schedule::by_noise(film, seen, schedule),
+        let targets = match (adaptive, &seen, goal) {
+            (Adaptive::Error, Some(seen), Some(goal)) => schedule::towards_goal(film, seen, goal.pixels, schedule),
+            (Adaptive::Error, Some(seen), None) => schedule::by_noise(film, seen, schedule),
+            (Adaptive::Contrast, ..) if schedule.round >= contrast::PILOT_ROUND => contrast::targets(film, schedule),
             _ => schedule::uniform(film, schedule.round + 1),
         };
         schedule.advance(targets);
@@ -270,7 +285,7 @@ impl<C: Count> Job<'_, '_, C> {
     fn assess(&self, film: &Film, look: Option<u32>) -> Option<Assessment> {
         let goal = match &self.goals.error {
             Some(goal) => *goal,
-            None if self.goals.adaptive => ErrorGoal::linear(1.0),
+            None if self.goals.criterion() == Adaptive::Error => ErrorGoal::linear(1.0),
             None => return None,
         };
         Some(assess(film, &goal, look?))
@@ -345,6 +360,10 @@ impl<C: Count> Job<'_, '_, C> {
     fn range(&self, schedule: &Schedule, i: usize, width: usize, nominal: u32) -> [u32; 2] {
         let [first, last] = self.goals.share.samples(i, width, self.plan.spp);
         let end = schedule.end_of(i, nominal);
+        if self.goals.criterion() == Adaptive::Contrast && nominal > contrast::PILOT {
+            // Whoever has decided does not count.
+            return [contrast::PILOT, end.max(contrast::PILOT + 1)];
+        }
         [first, if self.goals.share == Share::Whole { end } else { end.clamp(first, last) }]
     }
 
@@ -427,9 +446,7 @@ impl<C: Count> Job<'_, '_, C> {
     }
 
     fn tile(&self, tile: &mut Tile, [first, end]: [u32; 2], sampler: &mut Sampler) {
-        if tile.samples() == 0 {
-            (tile.first, tile.end) = (first, first);
-        }
+        tile.begin_at(first);
         let mut counts = C::default();
         let mut layers = LayerSampler::new(self.layers);
         let (mut bad, mut bad_count) = (Vec::new(), 0);

@@ -22,15 +22,36 @@ pub struct Plan {
 /// More samples per pixel than anybody waits for: stands for no limit.
 pub const ENDLESS_SPP: u32 = 1 << 24;
 
+/// What decides where more samples are taken than elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Adaptive {
+    /// Nothing.
+    #[default]
+    No,
+    /// The error that the samples tell, measured again and again. Samples that have decided are kept: the bias falls like the
+    /// reciprocal of their number, faster than the error.
+    Error,
+    /// The contrast between the first samples of a pixel and of its neighbours, once ([`crate::contrast`]). Samples that have decided are
+    /// thrown away, so that there is no bias.
+    Contrast,
+}
+
 /// What else decides which samples are taken.
 #[derive(Clone, Debug, Default)]
 pub struct Goals {
     /// Stop when the picture is this good.
     pub error: Option<ErrorGoal>,
-    /// More samples where there is more noise; whole shares only.
-    pub adaptive: bool,
+    /// What decides where more samples are taken; whole shares only.
+    pub adaptive: Adaptive,
     /// The part to render.
     pub share: Share,
+}
+
+impl Goals {
+    /// What decides; nothing does where a part of the picture is rendered, which knows nothing of the others.
+    pub(crate) fn criterion(&self) -> Adaptive {
+        if self.share == Share::Whole { self.adaptive } else { Adaptive::No }
+    }
 }
 
 /// A render to start or to go on with.

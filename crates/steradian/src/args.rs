@@ -288,6 +288,10 @@ pub(crate) struct RunArgs {
     /// Show the picture in tev while rendering, tile by tile; its port is 14158 unless another is given
     #[arg(long, value_name = "HOST[:PORT]")]
     pub tev: Option<String>,
+    /// Count rays by kind, tests of boxes and of primitives, and the lengths of paths, and write them to FILE as JSON; - is
+    /// standard output. Takes time; the picture is the same
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub counters: Option<PathBuf>,
 
     /// Print errors only
     #[arg(short, long)]

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};
 use steradian_image::write_bytes_atomically;
-use steradian_render::{Error, Film, Identity, Layers, Share, Snapshot};
+use steradian_render::{Adaptive, Error, Film, Identity, Layers, Share, Snapshot};
 use steradian_sampling::Sampler;
 use steradian_scene::RenderSettings;
 
@@ -50,7 +50,7 @@ pub(crate) fn is_part(path: &Path) -> bool {
 pub(crate) fn identity(
     settings: &RenderSettings,
     scene_hash: &str,
-    adaptive: bool,
+    adaptive: Adaptive,
     share: Share,
     layers: &Layers,
 ) -> Identity {
@@ -76,7 +76,7 @@ pub(crate) fn identity(
         ("integrator", overrides::integrator_name(settings.integrator.kind).to_owned()),
         ("max-depth", settings.integrator.max_depth.to_string()),
         ("color", overrides::color_name(settings.color).to_owned()),
-        ("adaptive", adaptive.to_string()),
+        ("adaptive", adaptive_name(adaptive).to_owned()),
         ("share", share_name(share)),
         (LAYERS, if layers.is_empty() { "none".into() } else { layers.names().join(" ") }),
         ("other settings", rest[..32].to_owned()),
@@ -92,6 +92,14 @@ const LAYERS: &str = "kept beside the picture";
 pub(crate) fn layer_names(identity: &Identity) -> Vec<String> {
     let names = identity.get(LAYERS).filter(|n| *n != "none");
     names.map(|n| n.split(' ').map(str::to_owned).collect()).unwrap_or_default()
+}
+
+fn adaptive_name(adaptive: Adaptive) -> &'static str {
+    match adaptive {
+        Adaptive::No => "false",
+        Adaptive::Error => "true",
+        Adaptive::Contrast => "contrast",
+    }
 }
 
 /// `2/8 by tiles`.
