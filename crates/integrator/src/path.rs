@@ -71,7 +71,7 @@ impl Path {
                     let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
                     let value = beta * emitted * weight;
                     radiance += value;
-                    if R::DETAILED {
+                    if R::LIGHT {
                         record.contribution(Contribution {
                             depth,
                             technique: Technique::Hit,
@@ -220,7 +220,7 @@ impl Path {
             let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
             let value = beta * emitted * weight;
             *radiance += value;
-            if R::DETAILED {
+            if R::LIGHT {
                 record.contribution(Contribution {
                     depth,
                     technique: Technique::Hit,
@@ -276,7 +276,7 @@ fn add_light<N: Numbers, R: Record>(
     if !occluded {
         *radiance += value;
     }
-    if R::DETAILED {
+    if R::LIGHT {
         record.contribution(Contribution {
             depth,
             technique: Technique::LightSampling,
