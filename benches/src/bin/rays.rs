@@ -17,13 +17,19 @@ use steradian_sampling::warp::square_to_cosine_hemisphere;
 /// Rays along one side of the picture.
 const SIDE: usize = 512;
 
+/// How many of the rays hit.
+type Count<'a> = Box<dyn Fn(&[Ray]) -> usize + 'a>;
+
+/// A name, and how its triangles are made.
+type Scene = (&'static str, fn() -> Vec<Corners>);
+
 /// What can be asked, and answered by either.
 struct Engine<'a> {
     name: String,
     build_seconds: f64,
     bytes: usize,
-    closest: Box<dyn Fn(&[Ray]) -> usize + 'a>,
-    any: Box<dyn Fn(&[Ray]) -> usize + 'a>,
+    closest: Count<'a>,
+    any: Count<'a>,
 }
 
 /// One line of the results: millions of rays a second.
@@ -169,7 +175,7 @@ fn measure(scene: &str, triangles: &[Corners], options: &Options) -> Result<Vec<
 
 fn main() -> Result<(), String> {
     let options = options()?;
-    let scenes: [(&str, fn() -> Vec<Corners>); 4] = [
+    let scenes: [Scene; 4] = [
         ("boxes", room::boxes),
         ("20k", || room::blobs(20_000)),
         ("1M", || room::blobs(1_000_000)),
