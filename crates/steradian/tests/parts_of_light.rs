@@ -59,7 +59,8 @@ fn groups_are_named_in_the_scene() {
     f.ok("render s.pbrt -q --spp 4 --aov light-groups -o a.exr");
     let a = image(&f, "a.exr");
     assert_close(&sum(&a, &["RGBA_sky", "RGBA_key"]), &sum(&a, &[""]));
-    assert!(f.run("check bad.pbrt").err.contains("`lightgroup` is a word"), "{}", f.run("check bad.pbrt").err);
+    let ran = f.run("check bad.pbrt");
+    assert!(ran.code == Some(2) && ran.out.contains("`lightgroup` is a word"), "{}{}", ran.out, ran.err);
     let ran = f.run("render s.pbrt --aov direct --integrator ao -o a.exr");
     assert_eq!(ran.code, Some(2));
     assert!(ran.err.contains("--aov direct: ao does not tell where light comes from"), "{}", ran.err);
@@ -76,7 +77,7 @@ fn what_biased_options_take_is_said_and_kept() {
     assert_close(&sum(&a, &["", "clamped"]), &sum(&free, &[""]));
     assert_eq!(a.metadata.text("steradian.biased"), Some("clamp"));
     let share = a.metadata.number("steradian.clampedShare").unwrap();
-    assert!(share > 0.01 && share < 0.9, "{share}");
+    assert!(share > 0.001 && share < 0.9, "{share}");
     assert_eq!(free.metadata.text("steradian.biased"), None);
 
     f.ok("render small.pbrt -q --spp 32 --filter-outliers --sampler independent -o o.exr");

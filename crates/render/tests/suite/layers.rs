@@ -86,7 +86,6 @@ fn what_a_limit_takes_away_is_kept() {
     assert!((parts - left).abs() < 1e-4 * all, "the other layers are limited as the picture is");
 }
 
-/// A handle of nothing: what has no group is in `default`.
 #[test]
 fn lights_without_names_are_groups_of_their_own() {
     let mut s = scene(ColorMode::Rgb, IntegratorKind::Path);
@@ -99,27 +98,4 @@ fn lights_without_names_are_groups_of_their_own() {
     let (names, lights) = light_groups(&world);
     assert_eq!(names, ["light1", "light2", "default"]);
     assert_eq!(lights, [0, 0, 1]);
-}
-
-/// Few outliers in a picture of many samples: the filter brings it nearer to the truth, says what it took, and leaves what is
-/// even alone.
-#[test]
-fn the_outlier_filter_takes_fireflies_and_little_else() {
-    let mut s = scene(ColorMode::Rgb, IntegratorKind::SimpleVolPath);
-    s.settings.sampler.kind = SamplerKind::Independent;
-    let world = World::build(s).unwrap();
-    let (truth, _) = rendered(&world, &[], 4096);
-    let (r, read) = rendered(&world, &[Layer::Outliers], 64);
-    let (truth, noisy, taken) = (truth.film.mean(), r.film.mean(), &read[0].1);
-    let error = |of: &dyn Fn(usize, usize) -> f32| -> f64 {
-        (0..truth.len())
-            .flat_map(|i| (0..3).map(move |c| (i, c)))
-            .map(|(i, c)| f64::from(of(i, c) - truth[i][c]).powi(2))
-            .sum()
-    };
-    let before = error(&|i, c| noisy[i][c]);
-    let after = error(&|i, c| noisy[i][c] - taken[i][c]);
-    assert!(after < 0.8 * before, "{after} against {before}");
-    let share = total(taken) / total(&truth);
-    assert!(share.abs() < 0.4, "it took {share}");
 }
