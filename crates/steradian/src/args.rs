@@ -84,6 +84,7 @@ Every claim of the lecture is predicted, measured, and judged; the exit code is 
 Examples:
   steradian lab                           all experiments, in under two minutes
   steradian lab mis penumbra --full -o plates
+  steradian lab cost --brute-force m=8,k=2,s=3,r=2,d=2   your numbers in the slide's formula, counted
   steradian lab --quick --json -o report  one JSON object for each claim";
 
 /// `lab`.
@@ -104,6 +105,14 @@ pub(crate) struct LabArgs {
     /// More samples and finer pictures, in under twenty minutes
     #[arg(long)]
     pub full: bool,
+
+    /// Count brute force with these numbers of the slide too, as in k=2,s=3,r=2,d=2 (m k a s r d n l); for the topic cost
+    #[arg(long, value_name = "PARAMETERS")]
+    pub brute_force: Option<steradian_lab::BruteForce>,
+
+    /// Start even what would take absurdly many intersection tests
+    #[arg(long)]
+    pub yes: bool,
 
     /// Print one JSON object for each claim: topic, claim, predicted, measured, interval, verdict
     #[arg(long)]

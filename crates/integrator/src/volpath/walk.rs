@@ -6,7 +6,7 @@ use crate::record::{self, Contribution, RayKind, Record, Technique};
 use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, TransportMode};
 use steradian_math::{Frame, Point3, Ray, Vec3};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
-use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, World};
+use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Where a path is and what it has gathered.
@@ -57,7 +57,7 @@ impl Walk {
     #[inline]
     pub fn survival(&self, w: &Wavelengths) -> f32 {
         let left = self.beta * (self.eta_scale / self.hero.average(self.r_u, w));
-        if self.depth > 1 { left.max_component().min(1.0) } else { 1.0 }
+        if self.depth > 1 { (left.max_component() / Techniques::ROULETTE).min(1.0) } else { 1.0 }
     }
 
     /// Adds emission of the medium at a collision; light sampling does not look for it.
