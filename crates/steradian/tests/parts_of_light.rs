@@ -59,7 +59,8 @@ fn groups_are_named_in_the_scene() {
     f.ok("render s.pbrt -q --spp 4 --aov light-groups -o a.exr");
     let a = image(&f, "a.exr");
     assert_close(&sum(&a, &["RGBA_sky", "RGBA_key"]), &sum(&a, &[""]));
-    assert!(f.run("check bad.pbrt").out.contains("`lightgroup` is a word"));
+    let ran = f.run("check bad.pbrt");
+    assert!(ran.code == Some(2) && ran.out.contains("`lightgroup` is a word"), "{}{}", ran.out, ran.err);
     let ran = f.run("render s.pbrt --aov direct --integrator ao -o a.exr");
     assert_eq!(ran.code, Some(2));
     assert!(ran.err.contains("--aov direct: ao does not tell where light comes from"), "{}", ran.err);

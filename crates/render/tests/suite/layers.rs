@@ -20,10 +20,7 @@ fn scene(color: ColorMode, kind: IntegratorKind) -> Scene {
     s
 }
 
-/// A layer's name and pixels.
-type Read = (String, Vec<[f32; 3]>);
-
-fn rendered(world: &World, list: &[Layer], spp: u32) -> (Rendered, Vec<Read>) {
+fn rendered(world: &World, list: &[Layer], spp: u32) -> (Rendered, Vec<(String, Vec<[f32; 3]>)>) {
     let layers = Layers::new(list.to_vec(), world);
     let identity = Identity::new();
     let label = Label { identity: &identity, note: &[] };
@@ -89,7 +86,6 @@ fn what_a_limit_takes_away_is_kept() {
     assert!((parts - left).abs() < 1e-4 * all, "the other layers are limited as the picture is");
 }
 
-/// A handle of nothing: what has no group is in `default`.
 #[test]
 fn lights_without_names_are_groups_of_their_own() {
     let mut s = scene(ColorMode::Rgb, IntegratorKind::Path);
@@ -102,25 +98,4 @@ fn lights_without_names_are_groups_of_their_own() {
     let (names, lights) = light_groups(&world);
     assert_eq!(names, ["light1", "light2", "default"]);
     assert_eq!(lights, [0, 0, 1]);
-}
-
-/// The filter takes a third at least of what sticks out, says what it took, and leaves most of the light alone.
-#[test]
-fn the_outlier_filter_takes_fireflies_and_little_else() {
-    let mut s = scene(ColorMode::Rgb, IntegratorKind::SimpleVolPath);
-    s.settings.sampler.kind = SamplerKind::Independent;
-    let world = World::build(s).unwrap();
-    let (truth, _) = rendered(&world, &[], 4096);
-    let (r, read) = rendered(&world, &[Layer::Outliers], 64);
-    let (truth, noisy, taken) = (truth.film.mean(), r.film.mean(), &read[0].1);
-    // What a person calls a firefly: a pixel that is far above the truth. Squared errors do not fall, for the filter takes true light too.
-    let mean = (total(&truth) / (3.0 * truth.len() as f64)) as f32;
-    let fireflies = |of: &dyn Fn(usize, usize) -> f32| {
-        (0..truth.len()).filter(|&i| (0..3).any(|c| of(i, c) > truth[i][c] + mean)).count()
-    };
-    let before = fireflies(&|i, c| noisy[i][c]);
-    let after = fireflies(&|i, c| noisy[i][c] - taken[i][c]);
-    assert!(before >= 20 && 3 * after <= 2 * before, "{after} against {before}");
-    let share = total(taken) / total(&truth);
-    assert!(share.abs() < 0.4, "it took {share}");
 }
