@@ -25,7 +25,42 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let console = console.quiet(args.run.quiet);
     interrupt::listen();
     let (args, expected_hash) = again::complete(args)?;
-    let args = &args;
+    match args.turntable {
+        Some(frames) => turntable(&args, frames, &console),
+        None => one(&args, expected_hash, &console),
+    }
+}
+
+/// Pictures from all around, one after the other.
+fn turntable(args: &RenderArgs, frames: u32, console: &Console) -> Result<u8, Failure> {
+    if !args.scene.as_deref().is_some_and(steradian_load::is_model) {
+        return Err(Failure::Input("--turntable goes around a model: .gltf .glb .obj .stl .ply".into()));
+    }
+    if args.output.output.is_empty() {
+        return Err(Failure::Input("--turntable needs -o FILE, whose name the pictures get with a number".into()));
+    }
+    if args.keep.shard.is_some() || args.keep.checkpoint.is_some() || args.output.variance.is_some() {
+        return Err(Failure::Input("--turntable makes pictures only: no shards, checkpoints or variance".into()));
+    }
+    let digits = frames.to_string().len().max(4);
+    for frame in 0..frames {
+        let mut this = args.clone();
+        let start = args.picture.model.turn.unwrap_or(0.0);
+        this.picture.model.turn = Some(start + 360.0 * frame as f32 / frames as f32);
+        for path in &mut this.output.output {
+            let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            path.set_extension(format!("{:0digits$}.{extension}", frame + 1));
+        }
+        let code = one(&this, None, console)?;
+        if code != DONE {
+            return Ok(code);
+        }
+    }
+    Ok(DONE)
+}
+
+/// One picture.
+fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> Result<u8, Failure> {
     // Before the scene is read, as far as the command line alone decides: a scene may take minutes to read.
     let part = part_file(args)?;
     let known = !args.output.output.is_empty() || args.scene.is_none();
@@ -33,9 +68,9 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let oidn = if args.denoise { Some(Oidn::load().map_err(Failure::Environment)?) } else { None };
     let resume = keep::open(&args.keep)?;
 
-    let display = Display::new(args.run.progress, &console);
+    let display = Display::new(args.run.progress, console);
     display.phase("load");
-    let mut opened = opened::open(args.scene.as_ref(), &args.picture, &console)?;
+    let mut opened = opened::open(args.scene.as_ref(), &args.picture, console)?;
     let outputs = match early {
         Some(outputs) => outputs,
         None => prepare(args, part, Some(&opened.scene.settings.film.filename))?,
@@ -45,7 +80,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     }
     let spp = args.stop.most_spp(args.picture.spp, opened.scene.settings.sampler.spp);
     if let Some(snapshot) = &resume {
-        continue_points(snapshot, args, &mut opened.scene.settings, &console);
+        continue_points(snapshot, args, &mut opened.scene.settings, console);
     }
     display.phase("build");
     let start = Instant::now();
@@ -80,20 +115,20 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let manifest = output::manifest(&story);
     let note = output::note_of_metadata(&manifest);
     let label = Label { identity: &identity, note: &note };
-    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), &console);
+    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), console);
     let working = interrupt::Working::begin();
     let task = Task { world: &world, plan: args.stop.plan(spp, threads), goals, label, resume };
     let rendered = quietly(|| steradian_render::run(task, &watch, interrupt::flag()));
     watch.display.finish();
     watch.display.phase("write");
-    report_bad_samples(&rendered, args, &console);
+    report_bad_samples(&rendered, args, console);
     let failed =
         write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world, oidn.as_ref()));
     drop(working);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
     }
-    summary(&rendered, &outputs, args, part, &console);
+    summary(&rendered, &outputs, args, part, console);
     let files = outputs.pictures.iter().chain(&outputs.variance).map(PathBuf::as_path).chain(part);
     watch.display.summary(&rendered, &files.map(|p| p.display().to_string()).collect::<Vec<_>>());
     Ok(if rendered.outcome == Outcome::Interrupted { INTERRUPTED } else { DONE })
@@ -257,9 +292,7 @@ fn replay(bad: &BadSample, args: &RenderArgs) -> String {
 
 /// A path as one word of a shell.
 fn shell_word(path: &Path) -> String {
-    let s = path.to_string_lossy();
-    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
-    if !s.is_empty() && s.chars().all(plain) { s.into_owned() } else { format!("'{}'", s.replace('\'', "'\\''")) }
+    crate::model_args::quoted(&path.to_string_lossy())
 }
 
 /// Says where the picture is and what to try next.

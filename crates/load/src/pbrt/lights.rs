@@ -47,7 +47,7 @@ impl Loader<'_> {
         };
         let radiance = given.unwrap_or_else(|| white(space));
         scale /= positive_photometric(p, "L", &radiance)?;
-        Some(AreaLight { radiance, scale, two_sided, power, image })
+        Some(AreaLight { radiance, scale, two_sided, power, image, texture: None })
     }
 
     /// `LightSource "type"`.
