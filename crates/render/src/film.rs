@@ -7,6 +7,9 @@ use steradian_integrator::record::RayCounts;
 /// Width and height of a tile. Part of no result but an adaptive one, whose sample counts are those of tiles.
 pub const TILE_SIZE: u32 = 16;
 
+/// The same where contrast decides: edges are thin.
+pub const FINE_TILE_SIZE: u32 = 4;
+
 /// So many bad samples of a tile are remembered, and as many of the film.
 pub(crate) const REMEMBERED: usize = 16;
 
@@ -42,6 +45,14 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             nodes: Vec::new(),
+        }
+    }
+
+    /// Forgets all samples before number `first`, which is where the next ones begin; does nothing to a tile that has none of them.
+    pub(crate) fn begin_at(&mut self, first: u32) {
+        if self.samples() == 0 || self.first < first {
+            (self.first, self.end) = (first, first);
+            self.nodes.clear();
         }
     }
 
@@ -137,19 +148,26 @@ pub struct Film {
     pub bounds: [u32; 4],
     /// The tiles, row by row.
     pub tiles: Vec<Tile>,
+    /// Width and height of a tile, but for those at the right and the lower edge.
+    pub(crate) tile_size: u32,
 }
 
 impl Film {
     /// An empty film.
     pub fn new(bounds: [u32; 4]) -> Self {
+        Self::with_tiles(bounds, TILE_SIZE)
+    }
+
+    /// An empty film with tiles of a given size, one at least.
+    pub(crate) fn with_tiles(bounds: [u32; 4], tile_size: u32) -> Self {
         let [x0, x1, y0, y1] = bounds;
         let mut tiles = Vec::new();
-        for y in (y0..y1).step_by(TILE_SIZE as usize) {
-            for x in (x0..x1).step_by(TILE_SIZE as usize) {
-                tiles.push(Tile::new([x, y], [TILE_SIZE.min(x1 - x), TILE_SIZE.min(y1 - y)]));
+        for y in (y0..y1).step_by(tile_size as usize) {
+            for x in (x0..x1).step_by(tile_size as usize) {
+                tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)]));
             }
         }
-        Self { bounds, tiles }
+        Self { bounds, tiles, tile_size }
     }
 
     /// Width and height of the rendered part.
@@ -160,7 +178,7 @@ impl Film {
 
     /// Columns and rows of tiles.
     pub fn grid(&self) -> [usize; 2] {
-        self.size().map(|n| n.div_ceil(TILE_SIZE as usize))
+        self.size().map(|n| n.div_ceil(self.tile_size as usize))
     }
 
     /// One value for each pixel, row by row, from the pixel's sum and sample count.
