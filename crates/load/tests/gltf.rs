@@ -56,7 +56,7 @@ fn square(changes: &[(&str, &str)]) -> String {
 }
 
 fn load_with(text: &str, options: &ModelOptions) -> LoadOutcome {
-    let files = Memory::new().with("a/scene.gltf", text).with("secret.bin", square_data());
+    let files = Memory::new().with("a/scene.gltf", text).with("a/../secret.bin", square_data());
     load_model(Path::new("a/scene.gltf"), &files, options)
 }
 
@@ -242,7 +242,7 @@ fn no_damage_to_a_file_is_more_than_an_error() {
         (state >> 33) as usize % n
     };
     let bytes = b"0123456789-.e\"{}[],:nt AZ\x00\xff";
-    for _ in 0..3000 {
+    for _ in 0..500 {
         let mut text = original.clone();
         for _ in 0..=random(4) {
             let at = random(text.len());

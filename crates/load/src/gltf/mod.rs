@@ -11,6 +11,7 @@ mod camera;
 mod json;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 mod tangents;
 mod textures;
@@ -51,11 +52,11 @@ const KNOWN: [&str; 24] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
     // Each is answered where it is met: with the fallback, or an error that says how to convert.
     "KHR_texture_basisu",
     "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",
     "KHR_node_visibility",
     // It changes nothing in a picture.
     "KHR_xmp_json_ld",
@@ -228,20 +229,22 @@ fn read(
         }
     }
     let views = root.list("bufferViews")?;
+    let mut unpacked = Vec::new();
     for v in &views {
-        if v.extension("EXT_meshopt_compression").is_some() {
-            return Err(Problem {
-                hint: Some("convert with `gltf-transform copy in.glb out.glb`, which writes plain meshes".into()),
-                ..v.problem("buffers compressed with EXT_meshopt_compression are not read")
-            });
-        }
+        unpacked.push(match v.extension("EXT_meshopt_compression") {
+            None => None,
+            Some(e) => {
+                let packed = buffers::view(&e, &data, "buffer")?;
+                Some(meshopt::unpack(&e, packed.bytes)?)
+            }
+        });
     }
     let nodes = root.list("nodes")?;
     let locals = nodes.iter().map(Local::read).collect::<Result<Vec<_>>>()?;
     let mut gltf = Gltf {
         folder,
         root: root.clone(),
-        buffers: accessor::Buffers { views, data: &data, unpacked: &[] },
+        buffers: accessor::Buffers { views, data: &data, unpacked: &unpacked },
         accessors: root.list("accessors")?,
         meshes: root.list("meshes")?,
         nodes,
@@ -273,6 +276,8 @@ fn read_buffer(buffer: &Json, index: usize, folder: &Folder, binary: Option<&[u8
     let bytes = match (buffer.get("uri"), binary) {
         (Some(uri), _) => folder.fetch(&uri)?.0,
         (None, Some(chunk)) if index == 0 => chunk.to_vec(),
+        // It stands for what compressed views unpack to.
+        (None, _) if buffer.extension("EXT_meshopt_compression").is_some() => return Ok(Vec::new()),
         (None, _) => return Err(buffer.problem("a buffer without a `uri`, and there is no binary chunk for it")),
     };
     if bytes.len() < length {

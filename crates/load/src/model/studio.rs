@@ -30,7 +30,7 @@ const BOXES: [Softbox; 4] = [
 
 /// Light from direction `d` of the stage (y up, z to the front), above the horizon, before it is scaled.
 fn light(d: Vec3) -> [f32; 3] {
-    let dome = 0.45 + 0.25 * d.y.max(0.0);
+    let dome = 0.22 + 0.1 * d.y.max(0.0);
     let mut out = [dome, dome, dome * 1.02];
     for b in &BOXES {
         let [a, e] = b.place.map(f32::to_radians);
