@@ -19,7 +19,7 @@ pub use camera::{Camera, Projection, SphericalMapping};
 pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
-pub use light::{AreaLight, EnvironmentMapping, Light};
+pub use light::{AreaLight, EnvironmentMapping, Light, LightGroup};
 pub use material::{
     AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
     NormalMap, Roughness, Scattering, SpectrumInput, Translucency,

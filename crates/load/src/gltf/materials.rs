@@ -334,7 +334,7 @@ impl Gltf<'_, '_> {
     fn light(&self, rgb: [f32; 3], texture: Option<SpectrumInput>, strength: f32, two_sided: bool) -> AreaLight {
         let radiance = Spectrum::rgb_illuminant(ColorSpace::Srgb, rgb);
         let scale = strength / ColorSpace::Srgb.photometric();
-        AreaLight { radiance, scale, two_sided, power: None, image: None, texture }
+        AreaLight { radiance, scale, two_sided, power: None, image: None, texture, group: None }
     }
 
     /// A surface that shows its colour whatever shines on it: here, by shining itself.

@@ -90,7 +90,7 @@ impl Mitsuba<'_> {
         };
         let texels = self.picture(&name, true, e.span)?;
         let finite = match texels.storage() {
-            Storage::U8(_) => true,
+            Storage::U8(_) | Storage::Mapped(..) => true,
             Storage::F16(s) => s.iter().all(|v| v.is_finite()),
             Storage::F32(s) => s.iter().all(|v| v.is_finite()),
         };

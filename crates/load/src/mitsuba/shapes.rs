@@ -191,7 +191,7 @@ impl Mitsuba<'_> {
         }
         let (radiance, scale, texture) = self.emission(e, "radiance");
         self.finish(e);
-        Some(AreaLight { radiance, scale, two_sided: false, power: None, image: None, texture })
+        Some(AreaLight { radiance, scale, two_sided: false, power: None, image: None, texture, group: None })
     }
 
     /// The media on the two sides of a shape.

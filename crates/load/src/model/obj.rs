@@ -187,6 +187,7 @@ impl Reader<'_> {
             power: None,
             image: None,
             texture: None,
+            group: None,
         });
         Cover { material: handle, alpha, light }
     }

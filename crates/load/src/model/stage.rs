@@ -66,7 +66,7 @@ pub(super) fn set(
 fn read_map(bytes: &[u8], name: &str) -> Result<Texels, String> {
     let texels = read_texels(bytes, name, None).map_err(|e| e.to_string())?;
     let finite = match texels.storage() {
-        Storage::U8(_) => true,
+        Storage::U8(_) | Storage::Mapped(..) => true,
         Storage::F16(s) => s.iter().all(|v| v.is_finite()),
         Storage::F32(s) => s.iter().all(|v| v.is_finite()),
     };

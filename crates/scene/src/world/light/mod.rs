@@ -25,7 +25,7 @@ pub(crate) use projection::projected_luminance;
 
 use super::texture::{MeshPoint, TextureContext, rgb_lanes};
 use super::{Surface, World};
-use crate::SpectrumInput;
+use crate::{Handle, LightGroup, SpectrumInput};
 use far::{Far, brightness};
 use selection::Selection;
 use steradian_geometry::Reference;
@@ -134,6 +134,14 @@ impl World {
     #[inline]
     pub fn infinite_lights(&self) -> &[u32] {
         &self.lights.infinite
+    }
+
+    /// The group of a light.
+    pub fn light_group(&self, light: u32) -> Option<Handle<LightGroup>> {
+        match self.lights.emitters.get(light as usize) {
+            Some(emitter) => self.area_lights[emitter.emission as usize].group,
+            None => *self.scene.groups_of_lights.get((light as usize).checked_sub(self.lights.emitters.len())?)?,
+        }
     }
 
     /// How many lights there are.
@@ -276,7 +284,7 @@ impl World {
 impl World {
     /// What a texture emits at a point of a mesh.
     pub(super) fn mesh_emission(&self, texture: SpectrumInput, m: MeshPoint, w: &Wavelengths) -> Lanes {
-        let mesh = &self.scene.triangle_meshes[crate::Handle::from_index(m.mesh as usize)];
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(m.mesh as usize)];
         let uv = mesh.uv(m.face as usize, m.b[0], m.b[1]);
         self.spectrum_texture(texture, &TextureContext { uv, on_mesh: Some(m), ..TextureContext::default() }, w)
     }
