@@ -10,13 +10,14 @@ mod sample;
 mod schedule;
 mod share;
 mod snapshot;
+mod splats;
 mod sums;
 
 pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use features::{Features, MOST_FEATURE_SAMPLES, features};
-pub use film::{Film, TILE_SIZE, Tile};
+pub use film::{Estimate, Film, TILE_SIZE, Tile};
 pub use renderer::{
     ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted, run,
 };
@@ -24,4 +25,5 @@ pub use sample::{PixelSampler, Sampled};
 pub use schedule::Schedule;
 pub use share::{Part, Share, join};
 pub use snapshot::{Identity, Label, Snapshot, differences};
+pub use splats::{BRIGHTEST, Fixed, Landed, Splats};
 pub use sums::{Node, PixelStack, PixelSum, nodes_of};

@@ -82,7 +82,7 @@ pub(crate) fn add(
                 planes(image, "Variance", ["R", "G", "B"], v.iter().copied())?;
             }
             Aov::Samples => {
-                let samples = rendered.film.map(|_, n| n as f32);
+                let samples = rendered.film.map(|e| e.samples as f32);
                 image.add("samples.Y", samples, Precision::Float)?;
             }
             Aov::Error => {

@@ -43,7 +43,7 @@ impl Observer for Interrupter {
     }
 }
 
-fn go(
+pub fn go(
     world: &World,
     goals: &Goals,
     threads: usize,
@@ -67,7 +67,7 @@ fn go(
 }
 
 /// What can be gone on with.
-fn kept(rendered: &Rendered) -> Snapshot {
+pub fn kept(rendered: &Rendered) -> Snapshot {
     let bytes = rendered.encode(&Label { identity: &Identity::new(), note: &[] });
     let snapshot = Snapshot::decode(&bytes).unwrap();
     assert_eq!(snapshot.encode(), bytes);
