@@ -3,6 +3,9 @@
 //! `cargo bench -p benches` runs all of them, `cargo bench -p benches --bench rays` one group. Machines are noisy: compare
 //! figures of one run, not of two.
 
+pub mod embree;
+pub mod room;
+
 use steradian_math::{Point3, Ray, Vec3, cos, sin};
 use steradian_sampling::Rng;
 use steradian_sampling::warp::square_to_uniform_sphere;

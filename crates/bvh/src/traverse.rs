@@ -168,7 +168,9 @@ fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &
                 let first = take(&mut hits);
                 if hits == 0 || !NEAREST {
                     while hits != 0 {
-                        stack.push(key(&near, node, take(&mut hits)));
+                        let last = (31 - hits.leading_zeros()) as usize & 7;
+                        hits &= !(1 << last);
+                        stack.push(key(&near, node, last));
                     }
                     current = ChildRef(node.child[first]);
                 } else {

@@ -134,7 +134,9 @@ impl Accel {
             }
         })?;
         drop(primitives);
-        let (mut blocks, mut other_ids) = (Vec::new(), Vec::with_capacity(others.len()));
+        let mut block_count = 0;
+        bvh.for_each_leaf(|leaf| block_count += usize::from(leaf.kind == u32::from(TRIANGLE)));
+        let (mut blocks, mut other_ids) = (Vec::with_capacity(block_count), Vec::with_capacity(others.len()));
         let order = bvh.take_order();
         bvh.renumber_leaves(|leaf| {
             let members = order[leaf.range()].iter().map(|&p| source[p as usize]);
@@ -173,6 +175,11 @@ impl Accel {
     /// The tree under it, its leaves renumbered to blocks and positions.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// The instruction set that queries use.
+    pub fn level(&self) -> Level {
+        self.bvh.level()
     }
 
     /// Uses another instruction set; the hits are the same, bit for bit.

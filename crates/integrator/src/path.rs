@@ -115,7 +115,7 @@ impl Path {
 
             // Sample a light.
             let wo = frame.to_local(-ray.d);
-            let context = LightContext::of_surface(&surface, &frame);
+            let context = LightContext::of_surface(&surface, &frame).beside_lobes();
             let vertex = PathVertex { surface: &surface, frame: &frame, bsdf: &bsdf, wo, context: &context };
             add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);
 
@@ -159,7 +159,7 @@ impl Path {
                     });
                 }
                 beta *= exit.weight;
-                let context = LightContext::of_surface(&exit.surface, &exit.frame);
+                let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();
                 let vertex = PathVertex {
                     surface: &exit.surface,
                     frame: &exit.frame,

@@ -8,6 +8,9 @@ use steradian_integrator::record::RayCounts;
 /// Width and height of a tile. Part of no result but an adaptive one, whose sample counts are those of tiles.
 pub const TILE_SIZE: u32 = 16;
 
+/// The same where contrast decides: edges are thin.
+pub const FINE_TILE_SIZE: u32 = 4;
+
 /// So many bad samples of a tile are remembered, and as many of the film.
 pub(crate) const REMEMBERED: usize = 16;
 
@@ -43,6 +46,14 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             nodes: Vec::new(),
+        }
+    }
+
+    /// Forgets all samples before number `first`, which is where the next ones begin; does nothing to a tile that has none of them.
+    pub(crate) fn begin_at(&mut self, first: u32) {
+        if self.samples() == 0 || self.first < first {
+            (self.first, self.end) = (first, first);
+            self.nodes.clear();
         }
     }
 
@@ -140,6 +151,8 @@ pub struct Film {
     pub tiles: Vec<Tile>,
     /// Light that samples of one pixel bring to others, for algorithms that do that.
     pub splats: Option<Splats>,
+    /// Width and height of a tile, but for those at the right and the lower edge.
+    pub(crate) tile_size: u32,
 }
 
 /// What is known of a pixel.
@@ -156,14 +169,19 @@ pub struct Estimate {
 impl Film {
     /// An empty film.
     pub fn new(bounds: [u32; 4]) -> Self {
+        Self::with_tiles(bounds, TILE_SIZE)
+    }
+
+    /// An empty film with tiles of a given size, one at least.
+    pub(crate) fn with_tiles(bounds: [u32; 4], tile_size: u32) -> Self {
         let [x0, x1, y0, y1] = bounds;
         let mut tiles = Vec::new();
-        for y in (y0..y1).step_by(TILE_SIZE as usize) {
-            for x in (x0..x1).step_by(TILE_SIZE as usize) {
-                tiles.push(Tile::new([x, y], [TILE_SIZE.min(x1 - x), TILE_SIZE.min(y1 - y)]));
+        for y in (y0..y1).step_by(tile_size as usize) {
+            for x in (x0..x1).step_by(tile_size as usize) {
+                tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)]));
             }
         }
-        Self { bounds, tiles, splats: None }
+        Self { bounds, tiles, splats: None, tile_size }
     }
 
     /// Width and height of the rendered part.
@@ -174,7 +192,7 @@ impl Film {
 
     /// Columns and rows of tiles.
     pub fn grid(&self) -> [usize; 2] {
-        self.size().map(|n| n.div_ceil(TILE_SIZE as usize))
+        self.size().map(|n| n.div_ceil(self.tile_size as usize))
     }
 
     /// One value for each pixel, row by row, from what is known of it.

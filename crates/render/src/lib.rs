@@ -1,5 +1,6 @@
 //! Film, tiles, threads, progress, stop rules, checkpoints, shares of a distributed render.
 
+pub mod contrast;
 mod error;
 mod error_goal;
 mod fault;
@@ -17,9 +18,10 @@ pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use features::{Features, MOST_FEATURE_SAMPLES, features};
-pub use film::{Estimate, Film, TILE_SIZE, Tile};
+pub use film::{Estimate, FINE_TILE_SIZE, Film, TILE_SIZE, Tile};
 pub use renderer::{
-    ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted, run,
+    Adaptive, ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted,
+    run, run_counted,
 };
 pub use sample::{PixelSampler, Sampled};
 pub use schedule::Schedule;

@@ -1,8 +1,9 @@
 //! The render loop: rounds and passes over tiles on all threads, progress, looking, stopping, checkpoints.
 
+use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
 use crate::fault::{BadSample, Fault};
-use crate::film::{Film, REMEMBERED, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, Tile};
 use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
 use crate::share::Share;
@@ -32,15 +33,36 @@ pub struct Plan {
 /// More samples per pixel than anybody waits for: stands for no limit.
 pub const ENDLESS_SPP: u32 = 1 << 24;
 
+/// What decides where more samples are taken than elsewhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Adaptive {
+    /// Nothing.
+    #[default]
+    No,
+    /// The error that the samples tell, measured again and again. Samples that have decided are kept: the bias falls like the
+    /// reciprocal of their number, faster than the error.
+    Error,
+    /// The contrast between the first samples of a pixel and of its neighbours, once ([`crate::contrast`]). Samples that have decided are
+    /// thrown away, so that there is no bias.
+    Contrast,
+}
+
 /// What else decides which samples are taken.
 #[derive(Clone, Debug, Default)]
 pub struct Goals {
     /// Stop when the picture is this good.
     pub error: Option<ErrorGoal>,
-    /// More samples where there is more noise; whole shares only.
-    pub adaptive: bool,
+    /// What decides where more samples are taken; whole shares only.
+    pub adaptive: Adaptive,
     /// The part to render.
     pub share: Share,
+}
+
+impl Goals {
+    /// What decides; nothing does where a part of the picture is rendered, which knows nothing of the others.
+    fn criterion(&self) -> Adaptive {
+        if self.share == Share::Whole { self.adaptive } else { Adaptive::No }
+    }
 }
 
 /// A render to start or to go on with.
@@ -202,6 +224,15 @@ pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered
     counted::<RayCounts>(task, observer, cancel).0
 }
 
+/// As [`run`], counting intersection tests and path lengths as well: of what this run traces, an abandoned pass included.
+/// The picture is the same; rendering is slower.
+///
+/// # Panics
+/// As [`run`].
+pub fn run_counted(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, Counters) {
+    counted(task, observer, cancel)
+}
+
 fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let start = Instant::now();
     let sampler = PixelSampler::new(task.world);
@@ -212,7 +243,10 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
             (s.film, s.schedule, s.elapsed)
         }
         None => {
-            let mut film = Film::new(bounds);
+            let mut film = match task.goals.criterion() {
+                Adaptive::Contrast => Film::with_tiles(bounds, FINE_TILE_SIZE),
+                Adaptive::No | Adaptive::Error => Film::new(bounds),
+            };
             film.splats = sampler.splats().then(|| Splats::new(task.world.settings().film.resolution, bounds));
             let schedule = Schedule::new(film.tiles.len());
             (film, schedule, Duration::ZERO)
@@ -303,7 +337,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
 
     /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
     fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
-        let adaptive = self.goals.adaptive && self.goals.share == Share::Whole && film.splats.is_none();
+        let adaptive = if film.splats.is_some() { Adaptive::No } else { self.goals.criterion() };
         let seen = self.assess(film, schedule::look_at(schedule.round));
         let goal = self.goals.error.as_ref();
         if let (Some(goal), Some(seen)) = (goal, &seen) {
@@ -312,9 +346,10 @@ impl<'w, C: Count> Job<'_, 'w, C> {
                 return true;
             }
         }
-        let targets = match (&seen, goal) {
-            (Some(seen), Some(goal)) if adaptive => schedule::towards_goal(film, seen, goal.pixels, schedule),
-            (Some(seen), None) if adaptive => schedule::by_noise(film, seen, schedule),
+        let targets = match (adaptive, &seen, goal) {
+            (Adaptive::Error, Some(seen), Some(goal)) => schedule::towards_goal(film, seen, goal.pixels, schedule),
+            (Adaptive::Error, Some(seen), None) => schedule::by_noise(film, seen, schedule),
+            (Adaptive::Contrast, ..) if schedule.round >= contrast::PILOT_ROUND => contrast::targets(film, schedule),
             _ => schedule::uniform(film, schedule.round + 1),
         };
         schedule.advance(targets);
@@ -325,7 +360,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
     fn assess(&self, film: &Film, look: Option<u32>) -> Option<Assessment> {
         let goal = match &self.goals.error {
             Some(goal) => *goal,
-            None if self.goals.adaptive => ErrorGoal::linear(1.0),
+            None if self.goals.criterion() == Adaptive::Error => ErrorGoal::linear(1.0),
             None => return None,
         };
         Some(assess(film, &goal, look?))
@@ -399,6 +434,10 @@ impl<'w, C: Count> Job<'_, 'w, C> {
     fn range(&self, schedule: &Schedule, i: usize, width: usize, nominal: u32) -> [u32; 2] {
         let [first, last] = self.goals.share.samples(i, width, self.plan.spp);
         let end = schedule.end_of(i, nominal);
+        if self.goals.criterion() == Adaptive::Contrast && nominal > contrast::PILOT {
+            // Whoever has decided does not count.
+            return [contrast::PILOT, end.max(contrast::PILOT + 1)];
+        }
         [first, if self.goals.share == Share::Whole { end } else { end.clamp(first, last) }]
     }
 
@@ -514,9 +553,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         scratch: &mut Scratch<'w>,
         landed: &mut Vec<Landed>,
     ) {
-        if tile.samples() == 0 {
-            (tile.first, tile.end) = (first, first);
-        }
+        tile.begin_at(first);
         let mut counts = C::default();
         let (mut bad, mut bad_count) = (Vec::new(), 0);
         let before = tile.samples();

@@ -111,23 +111,25 @@ pub(crate) fn by_noise(film: &Film, found: &Assessment, schedule: &Schedule) -> 
     let mean = smooth.iter().sum::<f64>() / smooth.len().max(1) as f64;
     let share: Vec<f64> =
         smooth.iter().map(|s| if mean > 0.0 { EVEN + (1.0 - EVEN) * s / mean } else { 1.0 }).collect();
-    let ends = |scale: f64| -> Vec<u32> {
-        (0..share.len())
-            .map(|i| {
-                let wanted = ((scale * share[i]).min(MOST * next) as u32) & !3;
-                wanted.max(schedule.targets[i])
-            })
-            .collect()
-    };
+    spend(film, next as u32, MOST * next / EVEN, |i, scale| {
+        let wanted = ((scale * share[i]).min(MOST * next) as u32) & !3;
+        wanted.max(schedule.targets[i])
+    })
+}
+
+/// The most generous `ends(tile, scale)` that takes `average` samples per pixel at most; it grows with the scale, up to `most`.
+pub(crate) fn spend(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64) -> u32) -> Vec<u32> {
     let pixels: u64 = film.tiles.iter().map(|t| t.len() as u64).sum();
-    let budget = (next as u64) * pixels;
-    let total = |ends: &[u32]| ends.iter().zip(&film.tiles).map(|(&n, t)| u64::from(n) * t.len() as u64).sum::<u64>();
-    let (mut low, mut high) = (0.0, MOST * next / EVEN);
+    let budget = u64::from(average) * pixels;
+    let total = |scale: f64| {
+        film.tiles.iter().enumerate().map(|(i, t)| u64::from(ends(i, scale)) * t.len() as u64).sum::<u64>()
+    };
+    let (mut low, mut high) = (0.0, most);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
-        if total(&ends(middle)) <= budget { low = middle } else { high = middle }
+        if total(middle) <= budget { low = middle } else { high = middle }
     }
-    ends(low)
+    (0..film.tiles.len()).map(|i| ends(i, low)).collect()
 }
 
 /// The tiles left, right, above and below.

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use crate::fault::{BadSample, Fault};
-use crate::film::{Film, REMEMBERED, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
 use crate::schedule::Schedule;
 use crate::share::{Part, Share};
 use crate::splats::{Fixed, SplatSum, Splats};
@@ -246,12 +246,13 @@ pub fn differences(a: &Identity, b: &Identity, name_a: &str, name_b: &str) -> Ve
 fn empty_film(bounds: [u32; 4], tiles: u32, left: usize) -> Result<Film, Error> {
     const LEAST_TILE: usize = 4 * 4 + 4 * 8 + 4;
     let [x0, x1, y0, y1] = bounds;
-    let grid = |a: u32, b: u32| u64::from(b.saturating_sub(a)).div_ceil(u64::from(crate::film::TILE_SIZE));
-    let fits = x0 < x1 && y0 < y1 && grid(x0, x1) * grid(y0, y1) == u64::from(tiles);
-    if !fits || (tiles as usize).saturating_mul(LEAST_TILE) > left {
-        return Err(Error::Damaged("its size does not fit its content".into()));
-    }
-    Ok(Film::new(bounds))
+    let grid = |a: u32, b: u32, size: u32| u64::from(b.saturating_sub(a)).div_ceil(u64::from(size));
+    // The number of tiles tells their size: where two sizes make as many, they make the same tiles.
+    let size = [TILE_SIZE, FINE_TILE_SIZE]
+        .into_iter()
+        .find(|&s| x0 < x1 && y0 < y1 && grid(x0, x1, s) * grid(y0, y1, s) == u64::from(tiles))
+        .filter(|_| (tiles as usize).saturating_mul(LEAST_TILE) <= left);
+    size.map(|s| Film::with_tiles(bounds, s)).ok_or_else(|| Error::Damaged("its size does not fit its content".into()))
 }
 
 struct Reader<'a>(&'a [u8]);

@@ -155,8 +155,7 @@ fn picture(scene: &mut Scene, w: usize, h: usize, wrap: [Wrap; 2]) -> Handle<Tex
     scene.images.push(TextureImage { name: String::new(), texels, lookup: Lookup::Bilinear, wrap, color_space })
 }
 
-fn check_sky(name: &str, world: &World, p: Point3) {
-    let context = LightContext::of_point(p);
+fn check_sky(name: &str, world: &World, context: LightContext, p: Point3) {
     let w = Wavelengths::rgb();
     let sample = |rng: &mut TestRng| {
         let s = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w)?;
@@ -178,7 +177,8 @@ fn skies_are_sampled_with_their_density() {
     let (radiance, scale) = white();
     let mut scene = empty();
     scene.lights.push(Light::UniformInfinite { radiance, scale });
-    check_sky("uniform sky", &World::build(scene).unwrap(), p);
+    let (alone, beside) = (LightContext::of_point(p), LightContext::of_point(p).beside_lobes());
+    check_sky("uniform sky", &World::build(scene).unwrap(), alone, p);
     let world_from_light = moved(3.0, 1.0, 2.0);
     for (mapping, size, wrap) in [
         (EnvironmentMapping::EqualArea, [8, 8], [Wrap::Octahedral; 2]),
@@ -187,7 +187,9 @@ fn skies_are_sampled_with_their_density() {
         let mut scene = empty();
         let image = picture(&mut scene, size[0], size[1], wrap);
         scene.lights.push(Light::ImageInfinite { world_from_light, image, mapping, scale: 0.7 });
-        check_sky("map", &World::build(scene).unwrap(), p);
+        let world = World::build(scene).unwrap();
+        check_sky("map", &world, alone, p);
+        check_sky("peaks of a map", &world, beside, p);
     }
 }
 
@@ -203,7 +205,7 @@ fn a_sky_behind_a_portal_is_sampled_with_its_density_and_seen_through_it_only() 
     let w = Wavelengths::rgb();
     let mut rng = TestRng::new(9);
     for p in [Point3::new(0.2, 0.1, 0.3), Point3::new(-1.5, 0.7, 0.6)] {
-        check_sky("portal", &world, p);
+        check_sky("portal", &world, LightContext::of_point(p), p);
         for _ in 0..2000 {
             let d = Vec3::from_array(rng.direction());
             let black = world.environment(0, &Ray::new(p, d, 0.0), &w).is_black();
@@ -313,5 +315,27 @@ fn the_light_tree_finds_every_light_that_a_point_sees() {
                 assert!(found[light as usize] > 0, "light {light} is never sampled from {p:?}");
             }
         }
+    }
+}
+
+#[test]
+fn lights_are_chosen_by_what_they_shine_not_by_their_size() {
+    // A point at the same distance from two alike lights, one a hundred times as bright.
+    for selection in [LightSelection::Power, LightSelection::Tree] {
+        let mut scene = empty();
+        scene.settings.integrator.light_selection = selection;
+        for (x, strength) in [(-1.0, 1.0), (1.0, 100.0)] {
+            let intensity = Spectrum::rgb_illuminant(ColorSpace::Srgb, [strength; 3]);
+            scene.lights.push(Light::Point { position: Point3::new(x, 0.0, 0.0), intensity, scale: 1.0 });
+        }
+        let world = World::build(scene).unwrap();
+        let context = LightContext::of_point(Point3::new(0.0, 2.0, 0.0));
+        let p = world.light_pdf(&context, 1, Vec3::new(0.0, 0.0, 1.0), None);
+        // Delta lights have no density of their own, so ask for the choice by sampling.
+        assert_eq!(p, 0.0);
+        let w = Wavelengths::rgb();
+        let s = world.sample_light(&context, 0.5, [0.5; 2], &w).expect("a light");
+        assert_eq!(s.light, 1, "{selection:?}");
+        assert!((s.pdf - 100.0 / 101.0).abs() < 1e-3, "{selection:?}: {}", s.pdf);
     }
 }

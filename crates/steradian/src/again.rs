@@ -32,7 +32,7 @@ pub(crate) fn complete(args: &RenderArgs) -> Result<(RenderArgs, Option<String>)
     if out.scene.is_none() && scene != SHOWCASE_NAME {
         out.scene = Some(found(path, scene));
     }
-    if !args.stop.is_open_ended() && !args.stop.adaptive && !args.stop.no_adaptive {
+    if !args.stop.is_open_ended() && args.stop.adaptive.is_none() && !args.stop.no_adaptive {
         out.stop = like.stop;
     }
     Ok((out, meta.text("steradian.sceneHash").map(str::to_owned)))

@@ -270,6 +270,11 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub preview: Option<PathBuf>,
 
+    /// Count rays by kind, tests of boxes and of primitives, and the lengths of paths, and write them to FILE as JSON; - is
+    /// standard output. Takes time; the picture is the same
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub counters: Option<PathBuf>,
+
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,

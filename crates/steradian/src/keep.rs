@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};
 use steradian_image::write_bytes_atomically;
-use steradian_render::{Error, Film, Identity, Share, Snapshot};
+use steradian_render::{Adaptive, Error, Film, Identity, Share, Snapshot};
 use steradian_sampling::Sampler;
 use steradian_scene::RenderSettings;
 
@@ -47,7 +47,7 @@ pub(crate) fn is_part(path: &Path) -> bool {
 }
 
 /// What makes two renders one and the same but for how long they run.
-pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: bool, share: Share) -> Identity {
+pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: Adaptive, share: Share) -> Identity {
     let film = &settings.film;
     let sampler = &settings.sampler;
     let mut rest = settings.clone();
@@ -70,12 +70,20 @@ pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: bo
         ("integrator", overrides::integrator_name(settings.integrator.kind).to_owned()),
         ("max-depth", settings.integrator.max_depth.to_string()),
         ("color", overrides::color_name(settings.color).to_owned()),
-        ("adaptive", adaptive.to_string()),
+        ("adaptive", adaptive_name(adaptive).to_owned()),
         ("share", share_name(share)),
         ("other settings", rest[..32].to_owned()),
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .into()
+}
+
+fn adaptive_name(adaptive: Adaptive) -> &'static str {
+    match adaptive {
+        Adaptive::No => "false",
+        Adaptive::Error => "true",
+        Adaptive::Contrast => "contrast",
+    }
 }
 
 /// `2/8 by tiles`.

@@ -8,6 +8,7 @@ mod args;
 mod check;
 mod compare;
 mod console;
+mod counting;
 mod cryptomatte;
 mod denoise;
 mod face;
@@ -52,7 +53,7 @@ struct Readme;
 /// compared images differ, 2 the input is at fault, 3 the environment is, 130 interrupted.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let console = Console::new();
-    let cli = match Cli::try_parse_from(with_command(args.into_iter().collect())) {
+    let cli = match Cli::try_parse_from(with_criterion(with_command(args.into_iter().collect()))) {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version are answers, not errors, and go to standard output. A closed pipe has read enough.
@@ -96,9 +97,33 @@ fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
     args
 }
 
+/// Lets the word of `--adaptive` stand apart, as in `--adaptive contrast`; any other word after it is not its own.
+fn with_criterion(args: Vec<OsString>) -> Vec<OsString> {
+    let mut out: Vec<OsString> = Vec::with_capacity(args.len());
+    for arg in args {
+        match out.last_mut() {
+            Some(last) if last == "--adaptive" && (arg == "contrast" || arg == "error") => {
+                last.push("=");
+                last.push(arg);
+            }
+            _ => out.push(arg),
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_criterion_may_stand_apart() {
+        let full = |line: &str| with_criterion(line.split(' ').map(OsString::from).collect()).join(" ".as_ref());
+        assert_eq!(full("s render --adaptive contrast a.pbrt"), "s render --adaptive=contrast a.pbrt");
+        for line in ["s render --adaptive a.pbrt", "s render a.pbrt --adaptive", "s lab --adaptive=error contrast"] {
+            assert_eq!(full(line), line);
+        }
+    }
 
     #[test]
     fn the_word_render_may_be_left_out() {

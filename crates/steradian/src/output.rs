@@ -9,7 +9,7 @@ use steradian_image::{
     encode, write_bytes_atomically,
 };
 use steradian_render::{Film, Rendered};
-use steradian_scene::{FilmSettings, RenderSettings};
+use steradian_scene::{FilmSettings, IntegratorKind, RenderSettings};
 use steradian_spectrum::ColorSpace;
 
 use crate::args::{OutputArgs, PictureArgs, ToneMapArg};
@@ -329,11 +329,17 @@ pub(crate) fn biased_options(settings: &RenderSettings) -> Vec<&'static str> {
         (settings.integrator.regularize, "regularize"),
         (settings.force_diffuse, "forcediffuse"),
         (settings.disable_pixel_jitter, "disablepixeljitter"),
+        (has_regular_grids(settings), "no-jitter"),
         (settings.disable_wavelength_jitter, "disablewavelengthjitter"),
     ]
     .into_iter()
     .filter_map(|(on, name)| on.then_some(name))
     .collect()
+}
+
+/// Whether brute force looks through the middles of its cells only.
+fn has_regular_grids(settings: &RenderSettings) -> bool {
+    matches!(settings.integrator.kind, IntegratorKind::Distribution(d) if !d.jitter)
 }
 
 fn host() -> Option<String> {

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use steradian_image::{Format, Metadata};
-use steradian_render::{BadSample, Fault, Label, Outcome, Rendered, Snapshot, Task};
+use steradian_render::{Adaptive, BadSample, Fault, Label, Outcome, Rendered, Snapshot, Task};
 use steradian_scene::{IntegratorKind, RenderSettings, World};
 
 use crate::aov::{self, Aov};
@@ -18,7 +18,7 @@ use crate::oidn::Oidn;
 use crate::output::{self, Outputs, Story};
 use crate::progress::{Display, percent};
 use crate::watch::Watch;
-use crate::{again, denoise, interrupt, keep, numbers, opened, overrides, stop};
+use crate::{again, counting, denoise, interrupt, keep, numbers, opened, overrides, stop, technique_args};
 
 /// Renders and writes; the exit code.
 pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
@@ -28,6 +28,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let args = &args;
     // Before the scene is read, as far as the command line alone decides: a scene may take minutes to read.
     let part = part_file(args)?;
+    counting::check(args)?;
     let known = !args.output.output.is_empty() || args.scene.is_none();
     let early = if known { Some(prepare(args, part, None)?) } else { None };
     let oidn = if args.denoise { Some(Oidn::load().map_err(Failure::Environment)?) } else { None };
@@ -54,6 +55,9 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
         opened::check_limit(&world, spp.min(1 << 12), limit.0)?;
     }
     opened::check_cost(&world, args.run.yes)?;
+    for what in technique_args::idle(&args.picture.technique, &world) {
+        console.warning(what);
+    }
     console.say(format_args!(
         "{}: read in {}, prepared in {}",
         opened.name,
@@ -83,12 +87,17 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), &console);
     let working = interrupt::Working::begin();
     let task = Task { world: &world, plan: args.stop.plan(spp, threads), goals, label, resume };
-    let rendered = quietly(|| steradian_render::run(task, &watch, interrupt::flag()));
+    let taken = task.resume.as_ref().map_or(0, |s| s.film.total_samples());
+    let (rendered, counters) = quietly(|| counting::run(task, args.run.counters.is_some(), &watch, interrupt::flag()));
     watch.display.finish();
     watch.display.phase("write");
     report_bad_samples(&rendered, args, &console);
-    let failed =
+    let mut failed =
         write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world, oidn.as_ref()));
+    if let (Some(path), Some(counters)) = (&args.run.counters, &counters) {
+        let samples = rendered.film.total_samples().saturating_sub(taken);
+        failed.extend(counting::write(path, &counting::json(counters, samples), &console).err());
+    }
     drop(working);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
@@ -140,7 +149,7 @@ fn part_file(args: &RenderArgs) -> Result<Option<&Path>, Failure> {
         (None, None, _) => Ok(None),
         (None, Some(_), _) => wrong("a .part is made by --shard I/N"),
         (Some(_), Some(path), 1) if args.output.variance.is_none() && args.run.preview.is_none() => {
-            if args.stop.is_open_ended() || args.stop.adaptive {
+            if args.stop.is_open_ended() || args.stop.adaptive.is_some() {
                 return wrong(
                     "with --shard the number of samples is fixed: --time, --error and --adaptive do not apply",
                 );
@@ -268,7 +277,7 @@ fn summary(rendered: &Rendered, outputs: &Outputs, args: &RenderArgs, part: Opti
     let interrupted = rendered.outcome == Outcome::Interrupted;
     if interrupted && least == 0 && part.is_none() {
         console.say("stopped before every pixel had its first sample: the picture has holes");
-    } else if interrupted && least != most && part.is_none() && !args.stop.is_adaptive() {
+    } else if interrupted && least != most && part.is_none() && args.stop.adaptive() == Adaptive::No {
         console.say("stopped inside a pass that had been resumed: some tiles are a pass ahead");
     }
     let why = match rendered.outcome {

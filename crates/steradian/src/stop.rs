@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::{Args, ValueEnum};
 use steradian_image::{Operator, PreparedToneMap};
 use steradian_math::exp2;
-use steradian_render::{ENDLESS_SPP, ErrorGoal, ErrorMeasure, Goals, Outcome, Plan, Rendered, Share};
+use steradian_render::{Adaptive, ENDLESS_SPP, ErrorGoal, ErrorMeasure, Goals, Outcome, Plan, Rendered, Share};
 
 use crate::args::OutputArgs;
 use crate::numbers::{self, ExposureArg, Percent, Span};
@@ -35,13 +35,22 @@ pub(crate) struct StopArgs {
     #[arg(long, value_name = "PERCENT", default_value = "95%")]
     pub confidence: Percent,
 
-    /// More samples where there is more noise, tile by tile; --spp is then the average. The default under --error
-    #[arg(long)]
-    pub adaptive: bool,
+    /// More samples where they are needed; --spp is then the average. The default under --error is error, as without HOW
+    #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "error")]
+    pub adaptive: Option<AdaptiveArg>,
 
     /// The same number of samples in every pixel, also under --error
     #[arg(long, conflicts_with = "adaptive")]
     pub no_adaptive: bool,
+}
+
+/// Where more samples are needed.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AdaptiveArg {
+    /// Where there is more noise, in tiles of 16 x 16 pixels, measured again and again
+    Error,
+    /// Where intensity changes rapidly, in tiles of 4 x 4: by the contrast of the first two samples of neighbouring pixels
+    Contrast,
 }
 
 /// What an error is measured in.
@@ -55,9 +64,15 @@ pub(crate) enum ErrorIn {
 }
 
 impl StopArgs {
-    /// Whether tiles may differ in their samples.
-    pub fn is_adaptive(&self) -> bool {
-        !self.no_adaptive && (self.adaptive || self.error.is_some())
+    /// What decides where more samples are taken.
+    pub fn adaptive(&self) -> Adaptive {
+        match self.adaptive {
+            _ if self.no_adaptive => Adaptive::No,
+            Some(AdaptiveArg::Contrast) => Adaptive::Contrast,
+            Some(AdaptiveArg::Error) => Adaptive::Error,
+            None if self.error.is_some() => Adaptive::Error,
+            None => Adaptive::No,
+        }
     }
 
     /// Whether something else than a number of samples ends the render.
@@ -86,7 +101,7 @@ impl StopArgs {
             pixels: self.error_pixels.0,
             confidence: self.confidence.0,
         });
-        Goals { error, adaptive: self.is_adaptive() && share == Share::Whole, share }
+        Goals { error, adaptive: self.adaptive(), share }
     }
 
     /// The options that give the same picture again, each with a space before it.
@@ -99,11 +114,12 @@ impl StopArgs {
             }
             let _ = write!(out, " --error-pixels {} --confidence {}", self.error_pixels, self.confidence);
         }
-        match (self.is_adaptive(), self.error.is_some()) {
-            (true, false) => out += " --adaptive",
-            (false, true) => out += " --no-adaptive",
-            _ => {}
-        }
+        out += match (self.adaptive(), self.error.is_some()) {
+            (Adaptive::Contrast, _) => " --adaptive=contrast",
+            (Adaptive::Error, false) => " --adaptive",
+            (Adaptive::No, true) => " --no-adaptive",
+            (Adaptive::Error, true) | (Adaptive::No, false) => "",
+        };
         out
     }
 

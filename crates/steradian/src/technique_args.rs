@@ -8,7 +8,7 @@ use steradian_image::{Filter, FilterKind};
 use steradian_math::Vec2;
 use steradian_scene::{
     Bidirectional, Distribution, IntegratorKind, LobeSampling, MOST_BRANCHES, MisHeuristic, Scene, Stratification,
-    Stratify, Whitted,
+    Stratify, Whitted, World,
 };
 
 const BRANCHES: std::ops::RangeInclusive<i64> = 1..=MOST_BRANCHES as i64;
@@ -65,6 +65,10 @@ pub(crate) struct TechniqueArgs {
     /// distribution: t moments while the shutter is open
     #[arg(long, visible_alias = "t", value_name = "T", value_parser = clap::value_parser!(u32).range(BRANCHES))]
     pub times: Option<u32>,
+
+    /// distribution: the middle of each cell instead of a random point: the regular grids, whose samples clump
+    #[arg(long)]
+    pub no_jitter: bool,
 
     /// whitted: light that comes from everywhere, for what diffuse surfaces send each other
     #[arg(long, value_name = "LUMINANCE")]
@@ -244,6 +248,7 @@ pub(crate) fn apply(args: &TechniqueArgs, scene: &mut Scene, spp_given: bool) {
             set(&mut d.light, args.light_rays);
             set(&mut d.lobe, args.lobe_rays);
             set(&mut d.time, args.times);
+            d.jitter &= !args.no_jitter;
             if !spp_given {
                 settings.sampler.spp = d.samples_per_pixel();
             }
@@ -254,6 +259,39 @@ pub(crate) fn apply(args: &TechniqueArgs, scene: &mut Scene, spp_given: bool) {
         }
         _ => {}
     }
+}
+
+/// The switches that were given and that this world's integrator does not read, with the integrators that would.
+pub(crate) fn idle(args: &TechniqueArgs, world: &World) -> Vec<String> {
+    let kind = world.settings().integrator.kind;
+    let (mut paths, mut trees, mut points) = (Vec::new(), Vec::new(), Vec::new());
+    let note = |list: &mut Vec<&str>, name, given: bool| list.extend(given.then_some(name));
+    note(&mut paths, "--light-sampling", args.light_sampling.is_some());
+    note(&mut paths, "--lobe-sampling", args.lobe_sampling.is_some());
+    note(&mut paths, "--mis", args.mis.is_some());
+    note(&mut paths, "--roulette", args.roulette.is_some());
+    note(&mut paths, "--split", args.split.is_some());
+    note(&mut trees, "--subpixels", args.subpixels.is_some());
+    note(&mut trees, "--aperture", args.aperture.is_some());
+    note(&mut trees, "--light-rays", args.light_rays.is_some());
+    note(&mut trees, "--lobe-rays", args.lobe_rays.is_some());
+    note(&mut trees, "--times", args.times.is_some());
+    note(&mut trees, "--no-jitter", args.no_jitter);
+    note(&mut points, "--ambient", args.ambient.is_some());
+    let read_by_paths = match kind {
+        IntegratorKind::Path => true,
+        IntegratorKind::VolPath => !world.has_media(),
+        _ => false,
+    };
+    [
+        (paths, read_by_paths, "path, and with volpath where there are no media"),
+        (trees, matches!(kind, IntegratorKind::Distribution(_)), "distribution"),
+        (points, matches!(kind, IntegratorKind::Whitted(_)), "whitted"),
+    ]
+    .into_iter()
+    .filter(|(names, read, _)| !read && !names.is_empty())
+    .map(|(names, _, whose)| format!("of no effect here, but with --integrator {whose}: {}", names.join(" ")))
+    .collect()
 }
 
 /// The integrators that only the command line can ask for.
@@ -293,6 +331,9 @@ pub(crate) fn as_typed(args: &TechniqueArgs, out: &mut String) {
     add("strategy", args.strategy.map(|s| format!("{},{}", s.0[0], s.0[1])));
     if args.unweighted {
         out.push_str(" --unweighted");
+    }
+    if args.no_jitter {
+        *out += " --no-jitter";
     }
 }
 

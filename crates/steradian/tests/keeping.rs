@@ -20,7 +20,7 @@ const RENDER: &str = "render small.pbrt -q --size 40x30 --sampler paddedsobol";
 
 #[test]
 fn a_finished_checkpoint_goes_on_to_more_samples() {
-    for mode in ["", " --adaptive"] {
+    for mode in ["", " --adaptive", " --adaptive contrast"] {
         let f = Folder::with_scene();
         f.ok(&format!("{RENDER}{mode} --spp 70 -o whole.exr"));
         f.ok(&format!("{RENDER}{mode} --spp 20 --checkpoint c --resume -o part.exr"));
@@ -54,6 +54,7 @@ fn foreign_and_damaged_checkpoints_are_refused_and_left_alone() {
         ("--seed 3", "error:   seed: stored with 0, now 3"),
         ("--max-depth 2", "error:   max-depth: stored with 4, now 2"),
         ("--adaptive", "error:   adaptive: stored with false, now true"),
+        ("--adaptive contrast", "error:   adaptive: stored with false, now contrast"),
         ("--crop 0,0.5,0,1", "error:   pixels: stored with 0,40,0,30, now 0,20,0,30"),
     ] {
         let said = fails(&f, 2, &format!("{RENDER} --spp 8 --checkpoint c --resume -o a.exr {option}"));
@@ -114,6 +115,10 @@ fn what_makes_no_sense_with_a_part_is_said() {
         ("-o a.part", "a .part is made by --shard I/N"),
         (
             "--shard 1/2 -o a.part --time 1s",
+            "with --shard the number of samples is fixed: --time, --error and --adaptive do not apply",
+        ),
+        (
+            "--shard 1/2 -o a.part --adaptive contrast",
             "with --shard the number of samples is fixed: --time, --error and --adaptive do not apply",
         ),
         (
@@ -252,6 +257,7 @@ fn an_image_tells_how_to_make_it_again() {
     for line in [
         "--spp 5 --seed 9 --size 30x20 --crop 0,1,0.25,0.75",
         "--adaptive --spp 90 --sampler paddedsobol",
+        "--adaptive contrast --spp 20 --sampler paddedsobol",
         "--error 30% --max-depth 2",
     ] {
         f.ok(&format!("render small.pbrt -q -o a.exr {line}"));

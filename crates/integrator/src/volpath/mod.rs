@@ -110,7 +110,7 @@ impl VolPath {
 
             // Sample a light.
             let wo = frame.to_local(surface.wo);
-            let context = LightContext::of_surface(&surface, &frame);
+            let context = LightContext::of_surface(&surface, &frame).beside_lobes();
             let vertex = Vertices::Surface { surface: &surface, frame: &frame, bsdf: &bsdf };
             walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
 
@@ -160,7 +160,7 @@ impl VolPath {
                 }
                 walk.beta *= exit.weight;
                 walk.medium = medium;
-                let context = LightContext::of_surface(&exit.surface, &exit.frame);
+                let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();
                 let vertex = Vertices::Surface { surface: &exit.surface, frame: &exit.frame, bsdf: &exit.bsdf };
                 walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
                 let wo = exit.frame.to_local(exit.surface.wo);

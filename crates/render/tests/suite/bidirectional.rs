@@ -94,10 +94,9 @@ fn a_point_lights_a_plane() {
                 check_mean(&run(with(&s, kind), 4), [expected; 3], 0.01, &what);
             } else {
                 // Hardly any photon lands in such a window; on a larger one enough do.
-                s.camera.projection = match projection {
-                    Projection::Perspective { .. } => Projection::Perspective { fov: 2.0 },
-                    other => other,
-                };
+                if matches!(projection, Projection::Perspective { .. }) {
+                    s.camera.projection = Projection::Perspective { fov: 2.0 };
+                }
                 s.camera.screen_window = s.camera.screen_window.map(|w| w.map(|v| v * 40.0));
                 let exact = run(with(&s, BDPT), 64);
                 same_mean(&run(with(&s, kind), 40_000), &exact, 2, &what);

@@ -18,9 +18,11 @@ fn goals(kind: &str) -> Goals {
     let error = Some(ErrorGoal::linear(0.12));
     match kind {
         "uniform" => Goals::default(),
-        "adaptive" => Goals { adaptive: true, ..Goals::default() },
+        "adaptive" => Goals { adaptive: Adaptive::Error, ..Goals::default() },
+        "contrast" => Goals { adaptive: Adaptive::Contrast, ..Goals::default() },
+        "contrast to an error" => Goals { error, adaptive: Adaptive::Contrast, ..Goals::default() },
         "error" => Goals { error, ..Goals::default() },
-        _ => Goals { error, adaptive: true, ..Goals::default() },
+        _ => Goals { error, adaptive: Adaptive::Error, ..Goals::default() },
     }
 }
 
@@ -78,7 +80,7 @@ pub fn kept(rendered: &Rendered) -> Snapshot {
 #[test]
 fn a_render_that_is_killed_and_resumed_is_the_same() {
     let world = world();
-    for kind in ["uniform", "adaptive", "error", "adaptive to an error"] {
+    for kind in ["uniform", "adaptive", "error", "adaptive to an error", "contrast", "contrast to an error"] {
         let goals = goals(kind);
         let (whole, _) = go(&world, &goals, 2, None, None);
         let mut stored: Option<Vec<u8>> = None;
@@ -119,7 +121,7 @@ fn an_interrupted_picture_is_of_whole_passes() {
 #[test]
 fn a_finished_render_goes_on_to_more_samples() {
     let world = world();
-    for kind in ["uniform", "adaptive"] {
+    for kind in ["uniform", "adaptive", "contrast"] {
         let goals = goals(kind);
         let at = |spp: u32, resume: Option<Snapshot>| {
             let identity = Identity::new();

@@ -8,4 +8,6 @@ mod determinism;
 mod furnace;
 mod media;
 mod scenes;
+mod systems;
+mod techniques;
 mod translucent;

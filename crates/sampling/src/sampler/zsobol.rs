@@ -17,6 +17,33 @@ pub struct ZSobolSampler {
     morton: u64,
     round_seed: u64,
     dimension: u32,
+    pixel_part: PixelPart,
+}
+
+/// The digits of the index that all samples of a pixel share, by dimension, as they were last worked out. It saves most of the work where
+/// the samples of a pixel are taken one after another, and changes no number.
+#[derive(Clone, Debug)]
+struct PixelPart {
+    /// Place of the pixel along the curve, and the seed of the round.
+    pixel: [u64; 2],
+    known: u64,
+    digits: Box<[u64; Self::DIMENSIONS]>,
+}
+
+impl PixelPart {
+    const DIMENSIONS: usize = 64;
+
+    fn new() -> Self {
+        Self { pixel: [0; 2], known: 0, digits: Box::new([0; Self::DIMENSIONS]) }
+    }
+
+    #[inline]
+    fn go_to(&mut self, pixel: [u64; 2]) {
+        if pixel != self.pixel {
+            self.pixel = pixel;
+            self.known = 0;
+        }
+    }
 }
 
 impl ZSobolSampler {
@@ -32,21 +59,41 @@ impl ZSobolSampler {
             morton: 0,
             round_seed: settings.seed,
             dimension: 0,
+            pixel_part: PixelPart::new(),
         }
     }
 
-    /// The point's place in the sequence: its Morton index with the base-4 digits permuted, each by a hash of the higher ones.
-    #[inline]
-    fn shuffled_index(&self) -> u64 {
+    /// The base-4 digits `from..to` of the Morton index, lowest first, each permuted by a hash of the higher ones.
+    #[inline(always)]
+    fn shuffled_digits(&self, from: u32, to: u32, key: u64) -> u64 {
         let odd = self.log2_spp & 1;
-        let key = hash_combine(self.round_seed, u64::from(self.dimension));
         let mut index = 0;
-        for i in (odd..self.base4_digits).rev() {
+        for i in (from..to).rev() {
             let shift = 2 * i - odd;
             let digit = (self.morton >> shift) & 3;
             let hash = mix_bits(self.morton >> (shift + 2) ^ key);
             index |= permute_base_4(digit, (hash >> 24) as u32) << shift;
         }
+        index
+    }
+
+    /// The point's place in the sequence: its Morton index with the digits permuted.
+    #[inline]
+    fn shuffled_index(&mut self) -> u64 {
+        let odd = self.log2_spp & 1;
+        let key = hash_combine(self.round_seed, u64::from(self.dimension));
+        let (first_of_pixel, d) = (self.log2_spp.div_ceil(2), self.dimension as usize);
+        let mut index = if d >= PixelPart::DIMENSIONS {
+            self.shuffled_digits(first_of_pixel, self.base4_digits, key)
+        } else if self.pixel_part.known >> d & 1 == 1 {
+            self.pixel_part.digits[d]
+        } else {
+            let digits = self.shuffled_digits(first_of_pixel, self.base4_digits, key);
+            self.pixel_part.digits[d] = digits;
+            self.pixel_part.known |= 1 << d;
+            digits
+        };
+        index |= self.shuffled_digits(odd, first_of_pixel, key);
         if odd == 1 {
             // An odd power of two leaves one binary digit at the end.
             index |= (self.morton & 1) ^ (mix_bits(self.morton >> 1 ^ key) & 1);
@@ -107,6 +154,7 @@ impl SampleSource for ZSobolSampler {
         };
         self.round_seed = hash_combine(hash_combine(self.seed, round), outside | beyond << 32);
         self.dimension = dimension;
+        self.pixel_part.go_to([self.morton >> self.log2_spp, self.round_seed]);
     }
 
     #[inline]

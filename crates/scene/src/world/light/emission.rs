@@ -263,7 +263,7 @@ impl World {
     /// the direction `wi`: as [`World::light_pdf`](Self::light_pdf), for an end that no ray has hit.
     pub fn light_end_pdf(&self, context: &super::LightContext, end: &LightEnd, wi: Vec3) -> f32 {
         let from: &Reference = &context.reference;
-        let probability = self.pick_probability(from, end.light);
+        let probability = self.pick_probability(context, end.light);
         let Some(emitter) = self.lights.emitters.get(end.light as usize) else {
             let far = &self.lights.far[end.light as usize - self.lights.emitters.len()];
             return if far.is_delta() { probability } else { probability * far.pdf(from.p, wi) };

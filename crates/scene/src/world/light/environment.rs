@@ -19,6 +19,8 @@ pub(super) struct Environment {
     mapping: EnvironmentMapping,
     world_from_light: Transform,
     distribution: Option<Piecewise2D>,
+    /// The same less its mean: where lobes find the rest.
+    beside_lobes: Option<Piecewise2D>,
 }
 
 /// The colour of a texel; grey where there is one colour channel only.
@@ -37,22 +39,28 @@ impl Environment {
     ) -> Self {
         let (w, h) = (texels.width(), texels.height());
         let mut values = vec![0.0f32; w * h];
+        // The solid angle of a row, relative to the equator.
+        let weight = |y: usize| match mapping {
+            EnvironmentMapping::EqualArea => 1.0,
+            EnvironmentMapping::LatLong => sin_cos(PI * (y as f32 + 0.5) / h as f32).0,
+        };
         for y in 0..h {
-            // The solid angle of a row, relative to the equator.
-            let weight = match mapping {
-                EnvironmentMapping::EqualArea => 1.0,
-                EnvironmentMapping::LatLong => sin_cos(PI * (y as f32 + 0.5) / h as f32).0,
-            };
             for x in 0..w {
                 let rgb = rgb_at(texels, x, y);
-                values[y * w + x] = (rgb.iter().sum::<f32>() / 3.0).max(0.0) * weight;
+                values[y * w + x] = (rgb.iter().sum::<f32>() / 3.0).max(0.0) * weight(y);
             }
         }
         // Where the picture is interpolated, a dark pixel beside a bright one still shines: give it a share.
         if mapping == EnvironmentMapping::LatLong {
             values = spread(&values, w, h);
         }
-        Self { image, scale, mapping, world_from_light, distribution: Piecewise2D::new(values, w, h) }
+        let total = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>();
+        let mean = total(&mut values.iter().copied()) / (total(&mut (0..h).map(weight)) * w as f64);
+        let peaks = (0..w * h).map(|i| (values[i] - mean as f32 * weight(i / w)).max(0.0)).collect();
+        let distribution = Piecewise2D::new(values, w, h);
+        // A map without features has no peaks.
+        let beside_lobes = Piecewise2D::new(peaks, w, h).or_else(|| distribution.clone());
+        Self { image, scale, mapping, world_from_light, distribution, beside_lobes }
     }
 
     fn square_of(&self, d: Vec3) -> [f32; 2] {
@@ -86,8 +94,8 @@ impl Environment {
     }
 
     /// A direction towards the map (world space) and its density per solid angle. `None` for a black map.
-    fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, f32)> {
-        let (uv, pdf) = self.distribution.as_ref()?.sample(u);
+    fn sample_direction(&self, distribution: Option<&Piecewise2D>, u: [f32; 2]) -> Option<(Vec3, f32)> {
+        let (uv, pdf) = distribution?.sample(u);
         let local = match self.mapping {
             EnvironmentMapping::EqualArea => square_to_octahedral(uv),
             EnvironmentMapping::LatLong => square_to_lat_long(uv),
@@ -97,8 +105,8 @@ impl Environment {
     }
 
     /// The density per solid angle of `sample_direction`.
-    fn pdf_direction(&self, d: Vec3) -> f32 {
-        let Some(distribution) = &self.distribution else { return 0.0 };
+    fn pdf_direction(&self, distribution: Option<&Piecewise2D>, d: Vec3) -> f32 {
+        let Some(distribution) = distribution else { return 0.0 };
         let square = self.square_of(d);
         let local = self.world_from_light.inverse().vector(d).normalize();
         let pdf = distribution.pdf(square) * self.square_to_sphere_density(local);
@@ -133,13 +141,30 @@ impl FarLight for Environment {
 
     #[inline]
     fn sample(&self, images: &Arena<TextureImage>, _: Point3, u: [f32; 2], w: &Wavelengths) -> Option<FarSample> {
-        let (wi, pdf) = self.sample_direction(u)?;
+        let (wi, pdf) = self.sample_direction(self.distribution.as_ref(), u)?;
         FarSample::infinite(self.lanes(images, wi, w), wi, pdf)
     }
 
     #[inline]
     fn pdf(&self, _: Point3, wi: Vec3) -> f32 {
-        self.pdf_direction(wi)
+        self.pdf_direction(self.distribution.as_ref(), wi)
+    }
+
+    #[inline]
+    fn sample_beside_lobes(
+        &self,
+        images: &Arena<TextureImage>,
+        _: Point3,
+        u: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarSample> {
+        let (wi, pdf) = self.sample_direction(self.beside_lobes.as_ref(), u)?;
+        FarSample::infinite(self.lanes(images, wi, w), wi, pdf)
+    }
+
+    #[inline]
+    fn pdf_beside_lobes(&self, _: Point3, wi: Vec3) -> f32 {
+        self.pdf_direction(self.beside_lobes.as_ref(), wi)
     }
 
     #[inline]
@@ -155,12 +180,12 @@ impl FarLight for Environment {
         ud: [f32; 2],
         w: &Wavelengths,
     ) -> Option<FarEmission> {
-        let (wi, pdf) = self.sample_direction(ud)?;
+        let (wi, pdf) = self.sample_direction(self.distribution.as_ref(), ud)?;
         Some(from_infinity(ball, wi, self.lanes(images, wi, w), pdf, up))
     }
 
     fn emission_pdf(&self, ball: &Ball, d: Vec3) -> [f32; 2] {
-        [self.pdf_direction(-d), ball.pdf()]
+        [self.pdf_direction(self.distribution.as_ref(), -d), ball.pdf()]
     }
 
     fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {

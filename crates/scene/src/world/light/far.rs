@@ -58,6 +58,30 @@ pub(super) trait FarLight {
         0.0
     }
 
+    /// As [`FarLight::sample`], for a caller that finds the light by its lobes as well and weights both: a light may leave directions
+    /// to the lobes where they are good enough (Karlik et al., "MIS compensation", 2019).
+    #[inline]
+    fn sample_beside_lobes(
+        &self,
+        images: &Arena<TextureImage>,
+        from: Point3,
+        u: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarSample> {
+        self.sample(images, from, u, w)
+    }
+
+    /// The density of [`FarLight::sample_beside_lobes`].
+    #[inline]
+    fn pdf_beside_lobes(&self, from: Point3, wi: Vec3) -> f32 {
+        self.pdf(from, wi)
+    }
+
+    /// Whether the light is left to the lobes altogether.
+    fn is_left_to_lobes(&self) -> bool {
+        false
+    }
+
     /// The radiance that arrives against a ray which leaves the scene; black for delta lights.
     fn radiance(&self, _images: &Arena<TextureImage>, _ray: &Ray, _w: &Wavelengths) -> Lanes {
         Lanes::ZERO
@@ -178,6 +202,29 @@ impl Far {
         with_far!(self, l => l.pdf(from, wi))
     }
 
+    /// See [`FarLight::sample_beside_lobes`].
+    #[inline]
+    pub fn sample_beside_lobes(
+        &self,
+        images: &Arena<TextureImage>,
+        from: Point3,
+        u: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarSample> {
+        with_far!(self, l => l.sample_beside_lobes(images, from, u, w))
+    }
+
+    /// See [`FarLight::pdf_beside_lobes`].
+    #[inline]
+    pub fn pdf_beside_lobes(&self, from: Point3, wi: Vec3) -> f32 {
+        with_far!(self, l => l.pdf_beside_lobes(from, wi))
+    }
+
+    /// See [`FarLight::is_left_to_lobes`].
+    pub fn is_left_to_lobes(&self) -> bool {
+        with_far!(self, l => l.is_left_to_lobes())
+    }
+
     /// See [`FarLight::radiance`].
     #[inline]
     pub fn radiance(&self, images: &Arena<TextureImage>, ray: &Ray, w: &Wavelengths) -> Lanes {
@@ -227,5 +274,5 @@ impl Far {
 
 /// A measure of strength that is positive for every spectrum that is not black.
 pub(super) fn brightness(s: &Spectrum) -> f32 {
-    s.photometric().max(1e-3 * s.max_value())
+    s.luminance().max(1e-3 * s.max_value())
 }

@@ -16,6 +16,7 @@ mod portal;
 mod projection;
 mod selection;
 mod spot;
+mod tree;
 mod uniform;
 
 pub use emission::{Emission, LightEnd};
@@ -36,18 +37,31 @@ use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 #[derive(Clone, Copy, Debug)]
 pub struct LightContext {
     reference: Reference,
+    /// Whether lights are found by the lobe as well, and both ways weighted against each other.
+    beside_lobes: bool,
 }
 
 impl LightContext {
     /// A point of a surface with its shading frame.
     #[inline]
     pub fn of_surface(surface: &Surface, frame: &Frame) -> Self {
-        Self { reference: Reference { p: surface.p, p_error: surface.p_error, n: surface.n, ns: frame.normal() } }
+        Self {
+            reference: Reference { p: surface.p, p_error: surface.p_error, n: surface.n, ns: frame.normal() },
+            beside_lobes: false,
+        }
+    }
+
+    /// The same point for a caller that finds lights by its lobe as well, and weights both: directions in which lobes do as well are
+    /// then left to them. Densities of light sampling are null there.
+    #[inline]
+    #[must_use]
+    pub fn beside_lobes(self) -> Self {
+        Self { beside_lobes: true, ..self }
     }
 
     /// A point in a medium.
     pub fn of_point(p: Point3) -> Self {
-        Self { reference: Reference::point(p) }
+        Self { reference: Reference::point(p), beside_lobes: false }
     }
 }
 
@@ -78,8 +92,6 @@ pub struct Lights {
     pub(crate) emitters: Vec<Emitter>,
     far: Vec<Far>,
     infinite: Vec<u32>,
-    /// Infinite and distant lights: those without a place in the tree.
-    placeless: Vec<u32>,
     selection: Selection,
     /// One point for each lamp, for algorithms that know points only.
     points: Vec<LightPoint>,
@@ -95,8 +107,6 @@ impl Lights {
         let infinite = (0..far.len()).filter(|&i| !far[i].is_delta()).map(|i| first + i as u32).collect();
         let mut lights = Self { emitters, far, infinite, ..Self::default() };
         lights.points = lights.light_points(world);
-        lights.placeless =
-            (0..lights.far.len()).filter(|&i| lights.far[i].bounds(1.0).is_none()).map(|i| first + i as u32).collect();
         lights.selection = lights.select(world, scene.settings.integrator.light_selection, bounds);
         lights
     }
@@ -144,7 +154,7 @@ impl World {
     /// `None` when the sample carries no light. Visibility is not tested.
     #[inline]
     pub fn sample_light(&self, context: &LightContext, u: f32, u2: [f32; 2], w: &Wavelengths) -> Option<LightSample> {
-        let (light, probability) = self.pick_light(&context.reference, u)?;
+        let (light, probability) = self.pick_light(context, u)?;
         self.sample_picked(context, light, probability, u2, w)
     }
 
@@ -184,7 +194,11 @@ impl World {
             return Some(LightSample { light, radiance, wi, distance, end, light_end, pdf, is_delta: false });
         }
         let far = &self.lights.far[light as usize - self.lights.emitters.len()];
-        let s = far.sample(&self.scene.images, from.p, u2, w)?;
+        let s = if context.beside_lobes {
+            far.sample_beside_lobes(&self.scene.images, from.p, u2, w)?
+        } else {
+            far.sample(&self.scene.images, from.p, u2, w)?
+        };
         Some(LightSample {
             light,
             radiance: s.radiance,
@@ -202,14 +216,17 @@ impl World {
     #[inline]
     pub fn light_pdf(&self, context: &LightContext, light: u32, wi: Vec3, hit: Option<&Surface>) -> f32 {
         let from = &context.reference;
-        let probability = self.pick_probability(from, light);
+        let probability = self.pick_probability(context, light);
         if probability == 0.0 {
             return 0.0;
         }
         let pdf = match (self.lights.emitters.get(light as usize), hit) {
             (Some(emitter), Some(hit)) => self.emitter_pdf(emitter, from, hit),
             (Some(_), None) => 0.0,
-            (None, _) => self.lights.far[light as usize - self.lights.emitters.len()].pdf(from.p, wi),
+            (None, _) => {
+                let far = &self.lights.far[light as usize - self.lights.emitters.len()];
+                if context.beside_lobes { far.pdf_beside_lobes(from.p, wi) } else { far.pdf(from.p, wi) }
+            }
         };
         pdf * probability
     }

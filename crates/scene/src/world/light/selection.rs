@@ -1,10 +1,11 @@
 //! The choice of one light among many.
 
-use super::Lights;
-use super::bounds::{LightBounds, LightTree};
+use super::bounds::LightBounds;
+use super::far::Far;
+use super::tree::LightTree;
+use super::{LightContext, Lights};
 use crate::LightSelection;
 use crate::world::World;
-use steradian_geometry::Reference;
 use steradian_math::Bounds3;
 use steradian_sampling::AliasTable;
 
@@ -18,8 +19,27 @@ pub(super) enum Selection {
     Uniform(u32),
     /// In proportion to power.
     Power(AliasTable),
-    /// Lights without a place alike, the rest by the tree.
-    Tree { tree: LightTree, probability_placeless: f32 },
+    /// Lights without a place alike, the rest by the tree. The second list is for callers that find lights by their lobes, too.
+    Tree { tree: LightTree, placeless: [Placeless; 2] },
+}
+
+/// Infinite and distant lights, which have no place in the tree.
+#[derive(Clone, Debug)]
+pub(super) struct Placeless {
+    ids: Vec<u32>,
+    /// Of each of them; the tree has what they leave.
+    probability: f32,
+}
+
+impl Placeless {
+    fn new(ids: Vec<u32>, has_tree: bool) -> Self {
+        let groups = ids.len() + usize::from(has_tree);
+        Self { ids, probability: if groups == 0 { 0.0 } else { 1.0 / groups as f32 } }
+    }
+
+    fn total(&self) -> f32 {
+        self.probability * self.ids.len() as f32
+    }
 }
 
 impl Lights {
@@ -38,8 +58,16 @@ impl Lights {
             }
             LightSelection::Tree => {
                 let tree = LightTree::build(self.light_bounds(world, radius), n);
-                let groups = self.placeless.len() + usize::from(!tree.is_empty());
-                Selection::Tree { tree, probability_placeless: if groups == 0 { 0.0 } else { 1.0 / groups as f32 } }
+                let first = self.emitters.len();
+                // A sky alone is worth two looks; beside lamps, the lamps have more need of them.
+                let alone = tree.is_empty() && self.far.iter().all(Far::is_left_to_lobes);
+                let placeless = |beside_lobes: bool| {
+                    let left_out =
+                        |far: &Far| far.bounds(1.0).is_some() || beside_lobes && !alone && far.is_left_to_lobes();
+                    let ids = (0..self.far.len()).filter(|&i| !left_out(&self.far[i])).map(|i| (first + i) as u32);
+                    Placeless::new(ids.collect(), !tree.is_empty())
+                };
+                Selection::Tree { placeless: [placeless(false), placeless(true)], tree }
             }
         }
     }
@@ -65,7 +93,7 @@ impl Lights {
 impl World {
     /// Picks a light: its number and the probability of that choice.
     #[inline]
-    pub(super) fn pick_light(&self, from: &Reference, u: f32) -> Option<(u32, f32)> {
+    pub(super) fn pick_light(&self, context: &LightContext, u: f32) -> Option<(u32, f32)> {
         let lights = &self.lights;
         match &lights.selection {
             Selection::None => None,
@@ -74,17 +102,17 @@ impl World {
                 let s = table.sample(u);
                 Some((s.index as u32, s.probability))
             }
-            Selection::Tree { tree, probability_placeless } => {
-                let p = *probability_placeless;
-                let placeless = &self.lights.placeless;
-                let below = p * placeless.len() as f32;
+            Selection::Tree { tree, placeless } => {
+                let placeless = &placeless[usize::from(context.beside_lobes)];
+                let (p, below) = (placeless.probability, placeless.total());
                 if u < below {
-                    let i = ((u / p) as usize).min(placeless.len() - 1);
-                    return Some((placeless[i], p));
+                    let i = ((u / p) as usize).min(placeless.ids.len() - 1);
+                    return Some((placeless.ids[i], p));
                 }
                 if tree.is_empty() {
-                    return placeless.last().map(|&id| (id, p));
+                    return placeless.ids.last().map(|&id| (id, p));
                 }
+                let from = &context.reference;
                 let share = 1.0 - below;
                 let u = ((u - below) / share).min(steradian_math::ONE_MINUS_EPSILON);
                 tree.sample(from.p, from.ns, u).map(|(id, pmf)| (id, pmf * share))
@@ -94,17 +122,18 @@ impl World {
 
     /// The probability of that choice.
     #[inline]
-    pub(super) fn pick_probability(&self, from: &Reference, light: u32) -> f32 {
+    pub(super) fn pick_probability(&self, context: &LightContext, light: u32) -> f32 {
         match &self.lights.selection {
             Selection::None => 0.0,
             Selection::Uniform(n) => 1.0 / *n as f32,
             Selection::Power(table) => table.probability(light as usize),
-            Selection::Tree { tree, probability_placeless } => {
-                if self.lights.placeless.contains(&light) {
-                    *probability_placeless
+            Selection::Tree { tree, placeless } => {
+                let placeless = &placeless[usize::from(context.beside_lobes)];
+                if placeless.ids.contains(&light) {
+                    placeless.probability
                 } else {
-                    let share = 1.0 - probability_placeless * self.lights.placeless.len() as f32;
-                    tree.probability(from.p, from.ns, light) * share
+                    let from = &context.reference;
+                    tree.probability(from.p, from.ns, light) * (1.0 - placeless.total())
                 }
             }
         }

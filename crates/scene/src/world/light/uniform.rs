@@ -29,6 +29,11 @@ impl FarLight for Uniform {
         INV_4PI
     }
 
+    /// A lobe's directions are better than any that a sky without features could propose.
+    fn is_left_to_lobes(&self) -> bool {
+        true
+    }
+
     #[inline]
     fn radiance(&self, _: &Arena<TextureImage>, _: &Ray, w: &Wavelengths) -> Lanes {
         self.radiance.eval(w) * self.scale

@@ -1,0 +1,1 @@
+"""Steradian beside other renderers: the same scenes, one session, figures as ratios."""
