@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use steradian_image::{Format, Metadata};
-use steradian_render::{Adaptive, BadSample, Fault, Label, Outcome, Rendered, Snapshot, Task};
+use steradian_render::{Adaptive, BadSample, Fault, Goals, Label, Outcome, Rendered, Share, Snapshot, Task};
 use steradian_scene::{IntegratorKind, RenderSettings, World};
 
 use crate::aov::{self, Aov};
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
 
     let threads = args.run.threads.map_or_else(default_threads, usize::from);
     let share = keep::share(args.keep.shard, world.settings().film.pixel_bounds);
-    let goals = args.stop.goals(share, &args.output);
+    let goals = goals(args, world.settings(), share)?;
     let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share);
     if let (Some(snapshot), Some(path)) = (&resume, &args.keep.checkpoint) {
         keep::check(path, snapshot, &identity)?;
@@ -139,6 +139,22 @@ fn write(
         failed.extend(outputs.write(&picture, Some(&variance), watch.raw));
     }
     failed
+}
+
+/// What decides which samples are taken. Where samples bring light to all pixels, none can be given to the noisy ones alone.
+fn goals(args: &RenderArgs, settings: &RenderSettings, share: Share) -> Result<Goals, Failure> {
+    let goals = args.stop.goals(share, &args.output);
+    let kind = settings.integrator.kind;
+    if !kind.starts_at_lights() {
+        return Ok(goals);
+    }
+    if args.stop.adaptive.is_some() {
+        let name = overrides::integrator_name(kind);
+        return Err(Failure::Input(format!(
+            "--adaptive gives samples to the pixels that need them, and samples of `{name}` bring light to all pixels alike"
+        )));
+    }
+    Ok(Goals { adaptive: Adaptive::No, ..goals })
 }
 
 /// The file for a part of a distributed render, if one is to be made.

@@ -90,7 +90,8 @@ pub(crate) struct StrategyArg(pub [u32; 2]);
 impl FromStr for StrategyArg {
     type Err = String;
     fn from_str(s: &str) -> Result<Self, String> {
-        let numbers = s.split_once(',').and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+        let number = |v: &str| v.trim().parse::<u32>().ok();
+        let numbers = s.split_once(',').and_then(|(a, b)| Some([number(a)?, number(b)?]));
         match numbers {
             Some([light, camera]) if camera >= 1 && light.saturating_add(camera) >= 2 && [light, camera] != [1, 1] => Ok(Self([light, camera])),
             _ => Err("expected the vertices from the light and from the camera, as in 2,1: at least two, one of them from the camera".into()),
