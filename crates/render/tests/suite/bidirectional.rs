@@ -275,8 +275,7 @@ fn light_through_glass_is_found_from_the_lamp() {
     small.lights.clear();
     let r = 0.05;
     let lamp = sphere(r, Vec3::new(0.0, 3.0, 0.0), white);
-    let (radiance, unit) = white_light(20.0 / (std::f32::consts::PI * r * r));
-    let light = steradian_scene::AreaLight { radiance, scale: unit, two_sided: false, power: None, image: None };
+    let light = area_light(20.0 / (std::f32::consts::PI * r * r), false);
     small.primitives.push(Primitive { area_light: Some(light), ..lamp });
     let mean = |r: &Rendered| r.film.mean().iter().map(|p| f64::from(p[1])).sum::<f64>() / r.film.mean().len() as f64;
     let (point, ball) = (mean(&run(with(&s, BDPT), 1000)), mean(&run(with(&small, BDPT), 1000)));
