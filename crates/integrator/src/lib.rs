@@ -2,6 +2,7 @@
 //!
 //! An integrator cannot fail, cannot block, has no clock, and no random numbers but the sampler's.
 
+mod bidirectional;
 mod debug;
 mod distribution;
 mod first_hit;
@@ -11,11 +12,13 @@ mod numbers;
 mod path;
 pub mod record;
 mod simple_volpath;
+mod splat;
 mod subsurface;
 mod switched;
 mod volpath;
 mod whitted;
 
+pub use bidirectional::{Bdpt, LightPath, Paths};
 pub use debug::{AmbientOcclusion, View};
 pub use distribution::Distribution;
 pub use first_hit::{FirstHit, first_hit};
@@ -23,6 +26,7 @@ pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
 use record::Record;
 pub use simple_volpath::SimpleVolPath;
+pub use splat::Splat;
 use steradian_math::Point2;
 use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -30,7 +34,16 @@ pub use switched::SwitchedPath;
 pub use volpath::VolPath;
 pub use whitted::Whitted;
 
-/// The algorithms that start at the camera.
+/// What samples are made in: memory used over and over, and the light that has landed on other pixels.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch<'w> {
+    /// Vertices.
+    paths: Paths<'w>,
+    /// What has landed since whoever looks at it cleared it.
+    pub splats: Vec<Splat>,
+}
+
+/// The algorithms.
 #[derive(Clone, Copy, Debug)]
 pub enum Integrator {
     /// Path tracing.
@@ -39,6 +52,10 @@ pub enum Integrator {
     VolPath(VolPath),
     /// A random walk through media.
     SimpleVolPath(SimpleVolPath),
+    /// Light tracing.
+    LightPath(LightPath),
+    /// Bidirectional path tracing.
+    Bdpt(Bdpt),
     /// Path tracing by choice of technique.
     SwitchedPath(SwitchedPath),
     /// Whitted's ray tracing.
@@ -74,6 +91,8 @@ impl Integrator {
                 let unsampled_lights = world.has_unsampled_lights();
                 Self::Distribution(Distribution { max_depth, parameters, unsampled_lights })
             }
+            IntegratorKind::LightPath => Self::LightPath(LightPath { max_depth }),
+            IntegratorKind::Bdpt(show) => Self::Bdpt(Bdpt { max_depth, regularize, show }),
             IntegratorKind::Normals => Self::View(View::Normals),
             IntegratorKind::Albedo => Self::View(View::Albedo),
             IntegratorKind::Depth => Self::View(View::Depth),
@@ -102,20 +121,31 @@ impl Integrator {
     ///
     /// One camera ray, or as many as the algorithm wants.
     #[inline]
-    pub fn film_radiance<N: Numbers, R: Record>(
+    /// Light that lands on other places of the film is added to the splats of `scratch`.
+    pub fn film_radiance<'w, N: Numbers, R: Record>(
         &self,
-        world: &World,
+        world: &'w World,
         film: Point2,
         wavelengths: &mut Wavelengths,
         numbers: &mut N,
         record: &mut R,
+        scratch: &mut Scratch<'w>,
     ) -> Lanes {
         if let Self::Distribution(d) = self {
             return d.film_radiance(world, film, wavelengths, numbers, record);
         }
         let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
         let time = if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
-        let ray = world.camera_ray(&CameraSample { film, lens, time });
+        let sample = CameraSample { film, lens, time };
+        let Scratch { paths, splats } = scratch;
+        match self {
+            Self::Bdpt(bdpt) => return bdpt.sample(world, &sample, wavelengths, numbers, record, (paths, splats)),
+            Self::LightPath(light) => {
+                return light.sample(world, &sample, wavelengths, numbers, record, (paths, splats));
+            }
+            _ => {}
+        }
+        let ray = world.camera_ray(&sample);
         if ray.weight == 0.0 {
             return Lanes::ZERO;
         }
@@ -125,10 +155,15 @@ impl Integrator {
         self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight
     }
 
+    /// Whether samples bring light to other pixels than their own.
+    pub fn splats(&self) -> bool {
+        matches!(self, Self::Bdpt(_) | Self::LightPath(_))
+    }
+
     /// An estimate of the radiance that arrives along a camera ray, in the four lanes of `wavelengths`.
     ///
     /// Unbiased, unless a setting or the algorithm says otherwise; finite unless there is a bug or the scene holds
-    /// infinities.
+    /// infinities. Of algorithms that connect to the camera themselves there is none.
     #[inline]
     pub fn radiance<N: Numbers, R: Record>(
         &self,
@@ -147,6 +182,7 @@ impl Integrator {
             Self::Distribution(d) => d.radiance(world, ray, wavelengths, numbers, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),
             Self::AmbientOcclusion(ao) => ao.radiance(world, ray, wavelengths, numbers, record),
+            Self::Bdpt(_) | Self::LightPath(_) => Lanes::ZERO,
         }
     }
 }

@@ -386,11 +386,11 @@ fn lights_with_pictures_and_portals_must_make_sense() {
 #[test]
 fn what_is_not_supported_says_what_happens_instead() {
     assert_eq!(
-        problems("Integrator \"bdpt\" \"integer maxdepth\" 3\nFilm \"gbuffer\"\nSampler \"pmj02bn\"\nWorldBegin"),
+        problems("Integrator \"sppm\" \"integer maxdepth\" 3\nFilm \"gbuffer\"\nSampler \"pmj02bn\"\nWorldBegin"),
         [
             "scene.pbrt:2:6 note: the `gbuffer` film is not supported yet; the image is written as by `rgb`, without the other channels",
             "scene.pbrt:3:9 note: `pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables",
-            "scene.pbrt:1:12 warning: the `bdpt` integrator is not supported yet; `volpath` is used instead",
+            "scene.pbrt:1:12 warning: the `sppm` integrator is not supported yet; `volpath` is used instead",
         ]
     );
     assert_eq!(

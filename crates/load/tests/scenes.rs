@@ -7,8 +7,8 @@ use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
 use steradian_math::{Normal3, PI, Point3, Transform, Vec3};
 use steradian_sampling::{Randomization, SamplerKind};
 use steradian_scene::{
-    CheckerMapping, EnvironmentMapping, Glow, IntegratorKind, Ior, Light, LightSelection, Mapping2, Metal, Primitive,
-    Projection, Scattering, Scene, Shape, SphericalMapping, Texture, Volume,
+    Bidirectional, CheckerMapping, EnvironmentMapping, Glow, IntegratorKind, Ior, Light, LightSelection, Mapping2,
+    Metal, Primitive, Projection, Scattering, Scene, Shape, SphericalMapping, Texture, Volume,
 };
 use steradian_spectrum::{ColorSpace, SpectrumUse, cie};
 
@@ -470,4 +470,16 @@ fn the_simple_integrators_are_paths_without_some_techniques() {
     let off = "\"simplepath\" \"bool samplelights\" false \"bool samplebsdf\" false \"integer maxdepth\" 2";
     assert_eq!(of(off), (false, LobeSampling::Uniform, 2));
     assert_eq!(of("\"randomwalk\" \"integer maxdepth\" 7"), (false, LobeSampling::Uniform, 7));
+}
+
+#[test]
+fn paths_from_lights_have_their_parameters() {
+    let settings = |text: &str| load(&format!("{text} WorldBegin")).settings.integrator;
+    let s = settings(
+        "Integrator \"bdpt\" \"integer maxdepth\" 7 \"bool regularize\" true \"string lightsampler\" \"uniform\"",
+    );
+    assert_eq!((s.kind, s.max_depth, s.regularize), (IntegratorKind::Bdpt(Bidirectional::default()), 7, true));
+    assert_eq!(s.light_selection, LightSelection::Uniform);
+    let s = settings("Integrator \"lightpath\"");
+    assert_eq!((s.kind, s.max_depth), (IntegratorKind::LightPath, 5));
 }

@@ -102,11 +102,12 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// For each pixel the square of (standard error / what a bound of 1 allows), not below the mean around it.
 fn guarded_scores(film: &Film, measure: &ErrorMeasure) -> Vec<f64> {
     let mean_luminance = mean_luminance(film);
-    let raw = film.map(|sum, n| {
+    let raw = film.map(|e| {
+        let n = e.samples;
         if n < 2 {
             return f64::INFINITY;
         }
-        let (mean, deviation) = (sum.mean(n).map(f64::from), sum.variance_of_mean(n).map(|v| f64::from(v).sqrt()));
+        let (mean, deviation) = (e.mean.map(f64::from), e.variance.map(|v| f64::from(v).sqrt()));
         // The quantiles of Student's distribution against those of the normal one, where it matters (Cornish and Fisher).
         let few = 1.0 + 1.5 / f64::from(n - 1);
         let error = match measure {
@@ -134,12 +135,9 @@ fn display_error(tone_map: &PreparedToneMap, mean: [f64; 3], deviation: [f64; 3]
 
 fn mean_luminance(film: &Film) -> f64 {
     let (mut sum, mut pixels) = (0.0, 0.0);
-    for tile in film.tiles.iter().filter(|t| t.samples() > 0) {
-        for i in 0..tile.len() {
-            let mean = tile.sum(i).mean(tile.samples());
-            sum += (0..3).map(|c| LUMINANCE[c] * f64::from(mean[c].abs())).sum::<f64>();
-            pixels += 1.0;
-        }
+    for e in film.map(|e| *e).iter().filter(|e| e.samples > 0) {
+        sum += (0..3).map(|c| LUMINANCE[c] * f64::from(e.mean[c].abs())).sum::<f64>();
+        pixels += 1.0;
     }
     if pixels > 0.0 { sum / pixels } else { 0.0 }
 }

@@ -1,6 +1,7 @@
 //! The film: tiles of pixel sums, and the image that they amount to.
 
 use crate::fault::BadSample;
+use crate::splats::Splats;
 use crate::sums::{Node, PixelStack, PixelSum, add_layers};
 use steradian_integrator::record::RayCounts;
 
@@ -175,8 +176,21 @@ pub struct Film {
     pub bounds: [u32; 4],
     /// The tiles, row by row.
     pub tiles: Vec<Tile>,
+    /// Light that samples of one pixel bring to others, for algorithms that do that.
+    pub splats: Option<Splats>,
     /// Width and height of a tile, but for those at the right and the lower edge.
     pub(crate) tile_size: u32,
+}
+
+/// What is known of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The mean.
+    pub mean: [f32; 3],
+    /// The estimated variance of the mean; infinite for fewer than two samples.
+    pub variance: [f32; 3],
+    /// Samples taken.
+    pub samples: u32,
 }
 
 impl Film {
@@ -194,7 +208,7 @@ impl Film {
                 tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)], layers));
             }
         }
-        Self { bounds, tiles, tile_size }
+        Self { bounds, tiles, splats: None, tile_size }
     }
 
     /// How many colours each pixel has besides its own.
@@ -213,15 +227,25 @@ impl Film {
         self.size().map(|n| n.div_ceil(self.tile_size as usize))
     }
 
-    /// One value for each pixel, row by row, from the pixel's sum and sample count.
-    pub fn map<T: Clone + Default>(&self, mut f: impl FnMut(&PixelSum, u32) -> T) -> Vec<T> {
+    /// One value for each pixel, row by row, from what is known of it.
+    pub fn map<T: Clone + Default>(&self, mut f: impl FnMut(&Estimate) -> T) -> Vec<T> {
         let [width, height] = self.size();
+        let total = self.total_samples();
         let mut out = vec![T::default(); width * height];
         for tile in &self.tiles {
             for i in 0..tile.len() {
                 let [x, y] = tile.pixel(i);
                 let at = (y - self.bounds[2]) as usize * width + (x - self.bounds[0]) as usize;
-                out[at] = f(&tile.sum(i), tile.samples());
+                let (sum, n) = (tile.sum(i), tile.samples());
+                let mut e = Estimate { mean: sum.mean(n), variance: sum.variance_of_mean(n), samples: n };
+                if let Some(splats) = &self.splats {
+                    let [mean, variance] = splats.estimate(at, total);
+                    for c in 0..3 {
+                        e.mean[c] = (f64::from(e.mean[c]) + mean[c]) as f32;
+                        e.variance[c] = (f64::from(e.variance[c]) + variance[c]) as f32;
+                    }
+                }
+                out[at] = f(&e);
             }
         }
         out
@@ -244,12 +268,12 @@ impl Film {
 
     /// The mean of each pixel.
     pub fn mean(&self) -> Vec<[f32; 3]> {
-        self.map(|s, n| s.mean(n))
+        self.map(|e| e.mean)
     }
 
     /// The variance of the mean of each pixel.
     pub fn variance(&self) -> Vec<[f32; 3]> {
-        self.map(|s, n| s.variance_of_mean(n))
+        self.map(|e| e.variance)
     }
 
     /// The least and the greatest number of samples in a pixel.
@@ -310,10 +334,10 @@ mod tests {
                     tile.extend(end, |p, range, stack| range.for_each(|s| stack.push(PixelSum::of(value(p, s)))));
                 }
             }
-            film.map(|s, n| (s.rgb, s.squares, n))
+            (0..film.tiles.len()).map(|t| film.tiles[t].nodes.clone()).collect::<Vec<_>>()
         };
         let whole = run(&[100]);
         assert_eq!(whole, run(&[1, 2, 4, 8, 50, 99, 100]));
-        assert_eq!(whole[0].0[2], (0..100).sum::<u32>() as f32);
+        assert_eq!(whole[0].iter().map(|n| n.sums[0].rgb[2]).sum::<f32>(), (0..100).sum::<u32>() as f32);
     }
 }

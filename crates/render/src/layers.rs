@@ -9,6 +9,7 @@ use crate::film::Film;
 use crate::sample::{PixelSampler, Sampled};
 use crate::sums::PixelSum;
 use std::collections::BTreeMap;
+use steradian_integrator::Scratch;
 use steradian_integrator::record::{Contribution, Count, RayKind, Record, Technique};
 use steradian_sampling::Sampler;
 use steradian_sampling::rng::mix_bits;
@@ -171,19 +172,19 @@ impl<'a> LayerSampler<'a> {
     }
 
     /// As [`PixelSampler::sample`], with the colours of the layers; none of them, if one is not finite.
-    pub fn sample<C: Count>(
+    pub fn sample<'w, C: Count>(
         &mut self,
-        sampler: &PixelSampler,
-        numbers: &mut Sampler,
+        sampler: &PixelSampler<'w>,
+        (numbers, scratch): (&mut Sampler, &mut Scratch<'w>),
         (pixel, index): ([u32; 2], u32),
         counts: &mut C,
     ) -> (Sampled, Option<&[[f32; 3]]>) {
         self.parts.fill(Lanes::ZERO);
         let sampled = if self.layers.needs_contributions() {
             let mut sort = Sort { counts, layers: self.layers, parts: &mut self.parts, weight: 1.0 };
-            sampler.sample(numbers, pixel, index, &mut sort)
+            sampler.sample(numbers, pixel, index, &mut sort, scratch)
         } else {
-            sampler.sample(numbers, pixel, index, counts)
+            sampler.sample(numbers, pixel, index, counts, scratch)
         };
         let mut at = 0;
         for (layer, part) in self.layers.list.iter().zip(&self.parts) {

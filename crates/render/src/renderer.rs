@@ -9,12 +9,14 @@ use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
 use crate::share::Share;
 use crate::snapshot::{Identity, Label, Writer};
+use crate::splats::{Landed, Splats};
 use crate::sums::{PixelStack, PixelSum};
 use crate::task::{Adaptive, Goals, Observer, Outcome, Plan, Progress, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use steradian_integrator::Scratch;
 use steradian_integrator::record::{Count, Counters, RayCounts};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
@@ -60,6 +62,7 @@ impl Rendered {
         for (i, tile) in film.tiles.iter().enumerate() {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
+        w.splats(film.splats.as_ref());
         w.finish()
     }
 
@@ -143,7 +146,8 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
                 Adaptive::Contrast => FINE_TILE_SIZE,
                 Adaptive::No | Adaptive::Error => TILE_SIZE,
             };
-            let film = Film::with_tiles(bounds, tile_size, task.layers.width());
+            let mut film = Film::with_tiles(bounds, tile_size, task.layers.width());
+            film.splats = sampler.splats().then(|| Splats::new(task.world.settings().film.resolution, bounds));
             let schedule = Schedule::new(film.tiles.len());
             (film, schedule, Duration::ZERO)
         }
@@ -214,7 +218,7 @@ struct Found {
     bound: Option<f64>,
 }
 
-impl<C: Count> Job<'_, '_, C> {
+impl<'w, C: Count> Job<'_, 'w, C> {
     fn run(&self, mut film: Film, mut schedule: Schedule) -> Rendered {
         let mut found = Found::default();
         let mut unfinished = None;
@@ -250,7 +254,7 @@ impl<C: Count> Job<'_, '_, C> {
 
     /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
     fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
-        let adaptive = self.goals.criterion();
+        let adaptive = if film.splats.is_some() { Adaptive::No } else { self.goals.criterion() };
         let seen = self.assess(film, schedule::look_at(schedule.round));
         let goal = self.goals.error.as_ref();
         if let (Some(goal), Some(seen)) = (goal, &seen) {
@@ -382,22 +386,23 @@ impl<C: Count> Job<'_, '_, C> {
         let (size, bounds) = (film.size(), film.bounds);
         {
             let tiles: Vec<Mutex<&mut Tile>> = film.tiles.iter_mut().map(Mutex::new).collect();
+            let splats = film.splats.as_mut().map(Mutex::new);
+            let canvas = Canvas { tiles: &tiles, splats: splats.as_ref() };
             let next = AtomicUsize::new(0);
             let work = || {
                 let mut sampler = Sampler::new(&self.sampler.world.settings().sampler);
+                let mut scratch = Scratch::default();
                 loop {
                     let k = next.fetch_add(1, Ordering::Relaxed);
                     if k >= todo.len() || self.cancel.load(Ordering::Relaxed) {
                         return;
                     }
                     let i = todo[k];
-                    let mut tile = locked(&tiles[i]);
-                    self.tile(&mut tile, ranges[i], &mut sampler);
-                    self.observer.tile(&tile);
-                    drop(tile);
+                    self.render_tile(&canvas, i, ranges[i], &mut sampler, &mut scratch);
+                    self.observer.tile(&locked(&tiles[i]));
                     self.done.fetch_add(1, Ordering::Relaxed);
                     self.maybe_report(&size, found);
-                    self.maybe_store(&tiles, schedule, bounds);
+                    self.maybe_store(&canvas, schedule, bounds);
                 }
             };
             std::thread::scope(|scope| {
@@ -424,7 +429,7 @@ impl<C: Count> Job<'_, '_, C> {
     }
 
     /// Makes a checkpoint while the other threads go on. Each tile is taken as it is: the schedule says what each still needs.
-    fn maybe_store(&self, tiles: &[Mutex<&mut Tile>], schedule: &Schedule, bounds: [u32; 4]) {
+    fn maybe_store(&self, canvas: &Canvas, schedule: &Schedule, bounds: [u32; 4]) {
         if !self.observer.checkpoint_due() || self.storing.swap(true, Ordering::Acquire) {
             return;
         }
@@ -436,16 +441,49 @@ impl<C: Count> Job<'_, '_, C> {
             self.elapsed(),
             bounds,
             schedule.round,
-            [tiles.len(), self.layers.width()],
+            [canvas.tiles.len(), self.layers.width()],
         );
-        for (i, tile) in tiles.iter().enumerate() {
+        // Whoever holds the splats sees them with just the tiles that they came from.
+        let splats = canvas.splats.map(locked);
+        for (i, tile) in canvas.tiles.iter().enumerate() {
             writer.tile(&locked(tile), schedule.base[i], schedule.targets[i]);
         }
+        writer.splats(splats.as_ref().map(|s| &***s));
+        drop(splats);
         self.observer.checkpoint(writer.finish(), start.elapsed());
         self.storing.store(false, Ordering::Release);
     }
 
-    fn tile(&self, tile: &mut Tile, [first, end]: [u32; 2], sampler: &mut Sampler) {
+    /// Renders a tile. Where samples bring light to other pixels, the tile changes at the same moment as those.
+    fn render_tile(
+        &self,
+        canvas: &Canvas,
+        i: usize,
+        range: [u32; 2],
+        sampler: &mut Sampler,
+        scratch: &mut Scratch<'w>,
+    ) {
+        let mut landed = Vec::new();
+        match canvas.splats {
+            None => self.tile(&mut locked(&canvas.tiles[i]), range, sampler, scratch, &mut landed),
+            Some(splats) => {
+                let mut tile = locked(&canvas.tiles[i]).clone();
+                self.tile(&mut tile, range, sampler, scratch, &mut landed);
+                let mut splats = locked(splats);
+                splats.add(&landed);
+                **locked(&canvas.tiles[i]) = tile;
+            }
+        }
+    }
+
+    fn tile(
+        &self,
+        tile: &mut Tile,
+        [first, end]: [u32; 2],
+        sampler: &mut Sampler,
+        scratch: &mut Scratch<'w>,
+        landed: &mut Vec<Landed>,
+    ) {
         tile.begin_at(first);
         let mut counts = C::default();
         let mut layers = LayerSampler::new(self.layers);
@@ -459,7 +497,8 @@ impl<C: Count> Job<'_, '_, C> {
                         pixel,
                         next..range.end,
                         &mut next,
-                        sampler,
+                        (sampler, scratch),
+                        landed,
                         stack,
                         &mut layers,
                         &mut counts,
@@ -489,7 +528,8 @@ impl<C: Count> Job<'_, '_, C> {
         pixel: [u32; 2],
         range: std::ops::Range<u32>,
         next: &mut u32,
-        sampler: &mut Sampler,
+        (sampler, scratch): (&mut Sampler, &mut Scratch<'w>),
+        landed: &mut Vec<Landed>,
         stack: &mut PixelStack,
         layers: &mut LayerSampler,
         counts: &mut C,
@@ -499,10 +539,12 @@ impl<C: Count> Job<'_, '_, C> {
         for index in range {
             *next = index;
             let good = if self.layers.is_empty() {
-                let sampled = self.sampler.sample(sampler, pixel, index, counts);
-                sampled.rgb.iter().all(|v| v.is_finite()).then(|| stack.push(PixelSum::of(sampled.rgb)))
+                let sampled = self.sampler.sample(sampler, pixel, index, counts, scratch);
+                let finite = sampled.rgb.iter().all(|v| v.is_finite());
+                let landed = finite && self.sampler.land(scratch, &sampled.wavelengths, landed);
+                landed.then(|| stack.push(PixelSum::of(sampled.rgb)))
             } else {
-                let (sampled, colors) = layers.sample(self.sampler, sampler, (pixel, index), counts);
+                let (sampled, colors) = layers.sample(self.sampler, (sampler, scratch), (pixel, index), counts);
                 finite(&sampled, colors).map(|(sum, colors)| stack.push_layers(sum, colors))
             };
             if good.is_none() {
@@ -515,6 +557,12 @@ impl<C: Count> Job<'_, '_, C> {
     }
 }
 
+/// The film while threads work on it.
+struct Canvas<'c, 't> {
+    tiles: &'c [Mutex<&'t mut Tile>],
+    splats: Option<&'c Mutex<&'t mut Splats>>,
+}
+
 /// What became of a pass.
 enum Pass {
     /// Every tile had its samples already.
@@ -525,9 +573,9 @@ enum Pass {
     Interrupted(Option<Film>),
 }
 
-/// A tile that a panic left behind is as whole as any: its sums change only at the end.
-fn locked<'t, 'm>(tile: &'t Mutex<&'m mut Tile>) -> MutexGuard<'t, &'m mut Tile> {
-    tile.lock().unwrap_or_else(PoisonError::into_inner)
+/// What a panic left behind is as whole as any: sums change only at the end.
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Remembers the first few by sample number; a broken scene has millions.

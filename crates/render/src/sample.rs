@@ -1,6 +1,7 @@
 //! One sample of one pixel: film position, wavelengths, lens, time, radiance, colour.
 
-use steradian_integrator::{Domain, Integrator, Numbers, StratifiedNumbers, record::Record};
+use crate::splats::{BRIGHTEST, Landed, land};
+use steradian_integrator::{Domain, Integrator, Numbers, Scratch, StratifiedNumbers, record::Record};
 use steradian_math::{Point2, Vec2};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
@@ -50,16 +51,25 @@ impl<'w> PixelSampler<'w> {
         Self { world, integrator, stratified, output_from_sensor, color, raw }
     }
 
-    /// Sample `index` of `pixel`: a pure function of its arguments and the settings.
+    /// Sample `index` of `pixel`: a pure function of its arguments and the settings. What it brings to other pixels is left
+    /// in the splats of `scratch`.
     #[inline]
-    pub fn sample<R: Record>(&self, sampler: &mut Sampler, pixel: [u32; 2], index: u32, record: &mut R) -> Sampled {
+    pub fn sample<R: Record>(
+        &self,
+        sampler: &mut Sampler,
+        pixel: [u32; 2],
+        index: u32,
+        record: &mut R,
+        scratch: &mut Scratch<'w>,
+    ) -> Sampled {
+        scratch.splats.clear();
         if let Some(stratified) = &self.stratified {
             let mut numbers = stratified.clone();
             numbers.start(pixel, index);
-            return self.sample_with(&mut numbers, pixel, index, record);
+            return self.sample_with(&mut numbers, pixel, index, record, scratch);
         }
         sampler.start(pixel, index, 0);
-        self.sample_with(sampler, pixel, index, record)
+        self.sample_with(sampler, pixel, index, record, scratch)
     }
 
     #[inline]
@@ -69,6 +79,7 @@ impl<'w> PixelSampler<'w> {
         pixel: [u32; 2],
         index: u32,
         record: &mut R,
+        scratch: &mut Scratch<'w>,
     ) -> Sampled {
         let settings = self.world.settings();
         let position = self.integrator.pixel_position(index, numbers.two(Domain::Pixel));
@@ -84,7 +95,7 @@ impl<'w> PixelSampler<'w> {
             ColorMode::Spectral if settings.disable_wavelength_jitter => Wavelengths::sample_visible(0.5),
             ColorMode::Spectral => Wavelengths::sample_visible(numbers.one(Domain::Other)),
         };
-        let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record);
+        let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record, scratch);
         let (rgb, kept) = if self.raw {
             ([radiance.0[0], radiance.0[1], radiance.0[2]], 1.0)
         } else {
@@ -103,6 +114,36 @@ impl<'w> PixelSampler<'w> {
         }
         let sensor = self.world.settings().film.sensor.to_sensor_rgb(part, &of.wavelengths);
         self.output_from_sensor.apply(sensor.map(|v| v * of.kept)).map(|v| v * of.weight)
+    }
+
+    /// The colour of light for one pixel of the frame.
+    fn splat_color(&self, value: Lanes, wavelengths: &Wavelengths) -> [f32; 3] {
+        let film = &self.world.settings().film;
+        let sensor = film.sensor.to_sensor_rgb(value, wavelengths);
+        let kept = share_within(sensor, film.max_component_value);
+        self.output_from_sensor.apply(sensor.map(|v| v * kept))
+    }
+
+    /// Whether samples bring light to other pixels.
+    pub fn splats(&self) -> bool {
+        self.integrator.splats()
+    }
+
+    /// Turns the splats of a sample into colours of pixels. False if one of them is not finite or too bright; then none is
+    /// added.
+    pub(crate) fn land(&self, scratch: &Scratch, wavelengths: &Wavelengths, out: &mut Vec<Landed>) -> bool {
+        let settings = self.world.settings();
+        let [width, height] = settings.film.resolution.map(|n| n as f32);
+        let first = out.len();
+        for splat in &scratch.splats {
+            let rgb = self.splat_color(splat.value * (1.0 / (width * height)), wavelengths);
+            land(settings, splat, rgb, out, first);
+        }
+        let sound = out[first..].iter().all(|l| l.rgb.iter().all(|v| v.abs() <= BRIGHTEST));
+        if !sound {
+            out.truncate(first);
+        }
+        sound
     }
 }
 

@@ -60,6 +60,14 @@ impl Share {
 pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> {
     let layers = films.first().map_or(0, |f| f.layers());
     let mut whole = Film::with_tiles(bounds, TILE_SIZE, layers);
+    whole.splats = films.first().and_then(|f| f.splats.clone());
+    for film in films.iter().skip(1) {
+        match (&mut whole.splats, &film.splats) {
+            (Some(sum), Some(more)) => sum.merge(more),
+            (None, None) => {}
+            _ => return Err(Error::Merge("the parts are of different integrators".into())),
+        }
+    }
     if films.iter().any(|f| f.bounds != bounds || f.tiles.len() != whole.tiles.len()) {
         return Err(Error::Merge("the parts are of different pictures".into()));
     }

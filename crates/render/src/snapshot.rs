@@ -1,7 +1,8 @@
 //! A render as bytes, from which it goes on to the same bits: checkpoints, and the parts of distributed renders.
 //!
 //! Little endian. `STERADIA`, format, identity (names and values), note, share, samples planned, seconds, round; the film's
-//! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; the BLAKE3 hash of all that.
+//! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; splats, if there are any; the BLAKE3
+//! hash of all that.
 
 use crate::error::Error;
 use crate::fault::{BadSample, Fault};
@@ -9,12 +10,13 @@ use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile, TileNode};
 use crate::layers::MOST_LAYERS;
 use crate::schedule::Schedule;
 use crate::share::{Part, Share};
+use crate::splats::{Fixed, SplatSum, Splats};
 use crate::sums::{MOST_LEVEL, PixelSum, nodes_of};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 const MAGIC: [u8; 8] = *b"STERADIA";
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 const HASH: usize = 32;
 /// More text than any panic needs.
 const MOST_MESSAGE: usize = 4096;
@@ -116,6 +118,17 @@ impl Writer {
         }
     }
 
+    /// Whether there are splats, and those; comes after the tiles.
+    pub fn splats(&mut self, splats: Option<&Splats>) {
+        self.u32(u32::from(splats.is_some()));
+        if let Some(splats) = splats {
+            self.u64(splats.frame);
+            for v in splats.sums.iter().flat_map(|s| s.rgb.iter().chain(&s.squares)) {
+                self.0.extend_from_slice(&v.0.to_le_bytes());
+            }
+        }
+    }
+
     pub fn finish(mut self) -> Vec<u8> {
         let hash = blake3::hash(&self.0);
         self.0.extend_from_slice(hash.as_bytes());
@@ -146,6 +159,7 @@ impl Snapshot {
         for (i, tile) in film.tiles.iter().enumerate() {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
+        w.splats(film.splats.as_ref());
         w.finish()
     }
 
@@ -201,6 +215,7 @@ impl Snapshot {
             schedule.base.push(base);
             schedule.targets.push(target);
         }
+        film.splats = r.splats(&film)?;
         if !r.0.is_empty() {
             return Err(damaged("it goes on after its end"));
         }
@@ -272,6 +287,23 @@ impl<'a> Reader<'a> {
         String::from_utf8(self.bytes()?.to_vec()).map_err(|_| Error::Damaged("a text in it is none".into()))
     }
 
+    fn splats(&mut self, film: &Film) -> Result<Option<Splats>, Error> {
+        match self.u32()? {
+            0 => return Ok(None),
+            1 => {}
+            _ => return Err(Error::Damaged("its splats are of no known kind".into())),
+        }
+        let frame = self.u64()?;
+        let [w, h] = film.size();
+        let data = self.take((w * h).saturating_mul(size_of::<SplatSum>()))?;
+        let fixed = |b: &[u8]| Fixed(i128::from_le_bytes(std::array::from_fn(|i| b[i])));
+        let sums = data.chunks_exact(size_of::<SplatSum>()).map(|b| {
+            let at = |i: usize| fixed(&b[16 * i..16 * i + 16]);
+            SplatSum { rgb: [at(0), at(1), at(2)], squares: [at(3), at(4), at(5)] }
+        });
+        Ok(Some(Splats { frame, sums: sums.collect() }))
+    }
+
     /// Fills a tile; its samples at the start and the end of the round.
     fn tile(&mut self, tile: &mut Tile) -> Result<(u32, u32), Error> {
         let (base, target) = (self.u32()?, self.u32()?);
@@ -323,6 +355,7 @@ fn has_canonical_nodes(tile: &Tile) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::splats::Landed;
 
     fn example() -> Snapshot {
         let mut film = Film::with_tiles([3, 40, 5, 25], TILE_SIZE, 2);
@@ -337,6 +370,9 @@ mod tests {
         let panic = BadSample { pixel: [4, 6], sample: 2, fault: Fault::Panic("é".into()) };
         let nan = BadSample { pixel: [5, 6], sample: 3, fault: Fault::NotFinite };
         film.tiles[0].remember(vec![panic, nan], 7);
+        let mut splats = Splats::new([50, 60], film.bounds);
+        splats.add(&[Landed { pixel: 7, rgb: [0.1, -2.0, 3e9] }, Landed { pixel: 0, rgb: [1e-9; 3] }]);
+        film.splats = Some(splats);
         let schedule = Schedule { round: 3, base: vec![4; film.tiles.len()], targets: vec![8; film.tiles.len()] };
         Snapshot {
             identity: [("scene", "abc"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
@@ -403,6 +439,6 @@ mod tests {
         assert_eq!(said, "of another render: crop: stored with nothing, now 0,1; seed: stored with 7, now 8");
         let mut newer = snapshot.encode();
         newer[8] = 9;
-        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: 2 }));
+        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: FORMAT }));
     }
 }

@@ -30,11 +30,12 @@ pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelect
 pub use shape::{Displacement, Instance, MediumInterface, Object, Primitive, Shape};
 pub use sparse_grid::{BRICK, SparseGrid, SparseLayout};
 pub use technique::{
-    ABSURD_RAYS, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError, Stratification,
-    Stratify, Techniques, Whitted,
+    ABSURD_RAYS, Bidirectional, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError,
+    Stratification, Stratify, Techniques, Whitted,
 };
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
-    CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Footprint, FreeFlight, Hit,
-    LightContext, LightPoint, LightSample, MediumPoint, MediumRay, MeshPoint, Shading, Surface, TextureContext, World,
+    CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,
+    LightContext, LightEnd, LightPoint, LightSample, MediumPoint, MediumRay, MeshPoint, Reception, Shading, Surface,
+    TextureContext, World,
 };

@@ -1,7 +1,8 @@
 //! What the user said about how to render: film, filter, sampler, integrator.
 
-use crate::technique::{Distribution, LightCensus, SettingsError, Techniques, Whitted};
+use crate::technique::{Bidirectional, Distribution, LightCensus, SettingsError, Techniques, Whitted};
 use steradian_image::Filter;
+use steradian_math::{Point2, Vec2};
 use steradian_sampling::SamplerSettings;
 use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
 
@@ -77,6 +78,10 @@ pub enum IntegratorKind {
     VolPath,
     /// A random walk through participating media that simulates what one photon at a time does.
     SimpleVolPath,
+    /// Light tracing: paths that start at lights, with every vertex connected to the camera.
+    LightPath,
+    /// Bidirectional path tracing.
+    Bdpt(Bidirectional),
     /// Whitted's ray tracing: mirrors, refraction, and point lights.
     Whitted(Whitted),
     /// Brute-force distribution ray tracing.
@@ -101,7 +106,12 @@ pub enum IntegratorKind {
 impl IntegratorKind {
     /// Whether the algorithm sees participating media; to the others they are empty space.
     pub fn sees_media(self) -> bool {
-        matches!(self, Self::VolPath | Self::SimpleVolPath)
+        matches!(self, Self::VolPath | Self::SimpleVolPath) || self.starts_at_lights()
+    }
+
+    /// Whether paths start at lights as well, or only there.
+    pub fn starts_at_lights(self) -> bool {
+        matches!(self, Self::LightPath | Self::Bdpt(_))
     }
 }
 
@@ -131,6 +141,8 @@ impl IntegratorSettings {
             IntegratorKind::Path | IntegratorKind::VolPath => self.techniques.check(lights),
             IntegratorKind::Whitted(w) => w.check(),
             IntegratorKind::Distribution(d) => d.check(),
+            IntegratorKind::LightPath => lights.check_light_paths("lightpath", true),
+            IntegratorKind::Bdpt(_) => lights.check_light_paths("bdpt", false),
             _ => Ok(()),
         }
     }
@@ -182,4 +194,14 @@ pub struct RenderSettings {
     /// Evaluate coated materials as pbrt-v4 does, whose estimate of them is a few percent off energy conservation:
     /// scenes written for it look as their authors saw them.
     pub layered_as_pbrt: bool,
+}
+
+impl RenderSettings {
+    /// Whether light at a raster position counts in any pixel that is rendered.
+    pub fn reaches_film(&self, at: Point2) -> bool {
+        let [x0, x1, y0, y1] = self.film.pixel_bounds.map(|v| v as f32);
+        let reach = self.filter.radius() - Vec2::new(0.5, 0.5);
+        let inside = |v: f32, a: f32, b: f32, reach: f32| v >= a - reach && v <= b + reach;
+        inside(at.x, x0, x1, reach.x) && inside(at.y, y0, y1, reach.y)
+    }
 }

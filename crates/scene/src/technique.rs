@@ -102,6 +102,15 @@ pub struct Whitted {
     pub ambient: f32,
 }
 
+/// Bidirectional path tracing: what of it is to be seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bidirectional {
+    /// Only the paths of one strategy: how many vertices are made from the light, and how many from the camera.
+    pub strategy: Option<[u32; 2]>,
+    /// All that the strategy finds, without its weight among the others.
+    pub unweighted: bool,
+}
+
 /// Brute-force distribution ray tracing: every domain has its own grid, and every hit a tree of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Distribution {
@@ -140,6 +149,28 @@ pub struct LightCensus {
     pub lens: bool,
     /// Whether anything moves.
     pub motion: bool,
+    /// Whether the camera can receive light that comes from lamps.
+    pub receiver: bool,
+    /// Whether something shines that light sampling cannot find.
+    pub unsampled: bool,
+    /// Whether anything is translucent.
+    pub subsurface: bool,
+}
+
+impl LightCensus {
+    /// Whether paths that start at lights make sense. `alone` says that there are no others.
+    pub(crate) fn check_light_paths(&self, integrator: &'static str, alone: bool) -> Result<(), SettingsError> {
+        if !self.receiver {
+            return Err(SettingsError::Receiver { integrator });
+        }
+        if self.subsurface {
+            return Err(SettingsError::Subsurface { integrator });
+        }
+        if alone && self.unsampled {
+            return Err(SettingsError::UnsampledLights { integrator });
+        }
+        Ok(())
+    }
 }
 
 /// Settings that make no sense, or none for the scene.
@@ -153,6 +184,32 @@ pub enum SettingsError {
     DeltaLight {
         /// How many there are.
         count: usize,
+    },
+    /// A camera that light from lamps cannot be connected to.
+    #[error(
+        "the `{integrator}` integrator connects light to the camera, and knows how for perspective and orthographic \
+         cameras only"
+    )]
+    Receiver {
+        /// The integrator.
+        integrator: &'static str,
+    },
+    /// Translucent objects.
+    #[error(
+        "the `{integrator}` integrator does not follow light below translucent (`subsurface`) surfaces; `path` and `volpath` do"
+    )]
+    Subsurface {
+        /// The integrator.
+        integrator: &'static str,
+    },
+    /// Lamps that no path can start at.
+    #[error(
+        "a lamp moves or is made of curves, so that no path can start there, and the `{integrator}` integrator would miss \
+         its light; `path`, `volpath` and `bdpt` find it"
+    )]
+    UnsampledLights {
+        /// The integrator.
+        integrator: &'static str,
     },
     /// A number outside its range.
     #[error("{name} is {value}, but must be {range}")]

@@ -135,7 +135,7 @@ pub(crate) fn add_of_film(image: &mut Image, wanted: &[Aov], film: &Film) -> Res
                 let v = film.variance();
                 planes(image, "Variance", ["R", "G", "B"], v.iter().copied())?;
             }
-            Aov::Samples => image.add("samples.Y", film.map(|_, n| n as f32), Precision::Float)?,
+            Aov::Samples => image.add("samples.Y", film.map(|e| e.samples as f32), Precision::Float)?,
             Aov::Error => image.add("error.Y", pixel_errors(film, &ErrorMeasure::Linear), Precision::Float)?,
             _ => {}
         }

@@ -338,6 +338,10 @@ pub(crate) enum IntegratorArg {
     Volpath,
     /// Random walks through participating media, without light sampling
     Simplevolpath,
+    /// Paths from lights, with every point connected to the camera
+    Lightpath,
+    /// Paths from the camera and from lights, connected in every way: for caustics and hidden lamps
+    Bdpt,
     /// Whitted 1980: mirrors, refraction, and lamps as points
     Whitted,
     /// Cook 1984: rays distributed over pixel, lens, lamps, lobes and time at each hit

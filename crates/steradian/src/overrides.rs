@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use clap::ValueEnum;
 use steradian_sampling::sampler::SamplerKind;
-use steradian_scene::{IntegratorKind, Scene};
+use steradian_scene::{Bidirectional, IntegratorKind, Scene};
 use steradian_spectrum::ColorMode;
 
 use crate::args::{ColorArg, IntegratorArg, PictureArgs, SamplerArg};
@@ -97,6 +97,9 @@ fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKi
         (IntegratorArg::Path, _) => IntegratorKind::Path,
         (IntegratorArg::Volpath, _) => IntegratorKind::VolPath,
         (IntegratorArg::Simplevolpath, _) => IntegratorKind::SimpleVolPath,
+        (IntegratorArg::Lightpath, _) => IntegratorKind::LightPath,
+        (IntegratorArg::Bdpt, IntegratorKind::Bdpt(_)) => in_scene,
+        (IntegratorArg::Bdpt, _) => IntegratorKind::Bdpt(Bidirectional::default()),
         (IntegratorArg::Whitted, _) => crate::technique_args::whitted(),
         (IntegratorArg::Distribution, _) => crate::technique_args::distribution(),
         (IntegratorArg::Normals, _) => IntegratorKind::Normals,
@@ -127,6 +130,8 @@ pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::Path => "path",
         IntegratorKind::VolPath => "volpath",
         IntegratorKind::SimpleVolPath => "simplevolpath",
+        IntegratorKind::LightPath => "lightpath",
+        IntegratorKind::Bdpt(_) => "bdpt",
         IntegratorKind::Whitted(_) => "whitted",
         IntegratorKind::Distribution(_) => "distribution",
         IntegratorKind::Normals => "normals",

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use steradian_image::{Format, Metadata};
-use steradian_render::{Adaptive, BadSample, Fault, Label, Layers, Outcome, Rendered, Snapshot, Task};
+use steradian_render::{Adaptive, BadSample, Fault, Goals, Label, Layers, Outcome, Rendered, Share, Snapshot, Task};
 use steradian_scene::{IntegratorKind, RenderSettings, World};
 
 use crate::aov::{self, Aov};
@@ -107,7 +107,7 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
 
     let threads = args.run.threads.map_or_else(default_threads, usize::from);
     let share = keep::share(args.keep.shard, world.settings().film.pixel_bounds);
-    let goals = args.stop.goals(share, &args.output);
+    let goals = goals(args, world.settings(), share, &layers)?;
     let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share, &layers);
     if let (Some(snapshot), Some(path)) = (&resume, &args.keep.checkpoint) {
         keep::check(path, snapshot, &identity)?;
@@ -194,6 +194,28 @@ fn write(
         failed.extend(outputs.write(&picture, Some(&variance), watch.raw));
     }
     (failed, taken)
+}
+
+/// What decides which samples are taken. Where samples bring light to all pixels, none can be given to the noisy ones alone.
+fn goals(args: &RenderArgs, settings: &RenderSettings, share: Share, layers: &Layers) -> Result<Goals, Failure> {
+    let goals = args.stop.goals(share, &args.output);
+    let kind = settings.integrator.kind;
+    if !kind.starts_at_lights() {
+        return Ok(goals);
+    }
+    let name = overrides::integrator_name(kind);
+    if !layers.is_empty() {
+        return Err(Failure::Input(format!(
+            "`{name}` does not tell parts of the light from each other: leave out --aov {}",
+            layers.names().join(" ")
+        )));
+    }
+    if args.stop.adaptive.is_some() {
+        return Err(Failure::Input(format!(
+            "--adaptive gives samples to the pixels that need them, and samples of `{name}` bring light to all pixels alike"
+        )));
+    }
+    Ok(Goals { adaptive: Adaptive::No, ..goals })
 }
 
 /// The file for a part of a distributed render, if one is to be made.

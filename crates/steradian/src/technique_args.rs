@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use steradian_image::{Filter, FilterKind};
 use steradian_math::Vec2;
 use steradian_scene::{
-    Distribution, IntegratorKind, LobeSampling, MOST_BRANCHES, MisHeuristic, Scene, Stratification, Stratify, Whitted,
-    World,
+    Bidirectional, Distribution, IntegratorKind, LobeSampling, MOST_BRANCHES, MisHeuristic, Scene, Stratification,
+    Stratify, Whitted, World,
 };
 
 const BRANCHES: std::ops::RangeInclusive<i64> = 1..=MOST_BRANCHES as i64;
@@ -73,6 +73,30 @@ pub(crate) struct TechniqueArgs {
     /// whitted: light that comes from everywhere, for what diffuse surfaces send each other
     #[arg(long, value_name = "LUMINANCE")]
     pub ambient: Option<f32>,
+
+    /// bdpt: only paths with S vertices from a light and T from the camera, as they are weighted
+    #[arg(long, value_name = "S,T")]
+    pub strategy: Option<StrategyArg>,
+
+    /// bdpt: the same as if that strategy were alone
+    #[arg(long, requires = "strategy")]
+    pub unweighted: bool,
+}
+
+/// A strategy of bidirectional path tracing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StrategyArg(pub [u32; 2]);
+
+impl FromStr for StrategyArg {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let number = |v: &str| v.trim().parse::<u32>().ok();
+        let numbers = s.split_once(',').and_then(|(a, b)| Some([number(a)?, number(b)?]));
+        match numbers {
+            Some([light, camera]) if camera >= 1 && light.saturating_add(camera) >= 2 && [light, camera] != [1, 1] => Ok(Self([light, camera])),
+            _ => Err("expected the vertices from the light and from the camera, as in 2,1: at least two, one of them from the camera".into()),
+        }
+    }
 }
 
 /// A switch.
@@ -231,6 +255,9 @@ pub(crate) fn apply(args: &TechniqueArgs, scene: &mut Scene, spp_given: bool) {
             }
         }
         IntegratorKind::Whitted(w) => w.ambient = args.ambient.unwrap_or(w.ambient),
+        IntegratorKind::Bdpt(b) if args.strategy.is_some() => {
+            *b = Bidirectional { strategy: args.strategy.map(|s| s.0), unweighted: args.unweighted };
+        }
         _ => {}
     }
 }
@@ -302,6 +329,10 @@ pub(crate) fn as_typed(args: &TechniqueArgs, out: &mut String) {
     add("lobe-rays", number(args.lobe_rays));
     add("times", number(args.times));
     add("ambient", args.ambient.map(|v| v.to_string()));
+    add("strategy", args.strategy.map(|s| format!("{},{}", s.0[0], s.0[1])));
+    if args.unweighted {
+        out.push_str(" --unweighted");
+    }
     if args.no_jitter {
         *out += " --no-jitter";
     }
@@ -319,5 +350,9 @@ mod tests {
         assert!("sometimes".parse::<StratifyArg>().unwrap_err().contains("none of sampler"));
         assert!("0".parse::<RouletteArg>().is_err() && "1.5".parse::<RouletteArg>().is_err());
         assert_eq!("off".parse::<RouletteArg>(), Ok(RouletteArg(None)));
+        assert_eq!("0,2".parse(), Ok(StrategyArg([0, 2])));
+        for wrong in ["1,1", "2,0", "1", "-1,3", "a,b", "0,1"] {
+            assert!(wrong.parse::<StrategyArg>().is_err(), "{wrong}");
+        }
     }
 }

@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use serde_json::{Value, json};
+use steradian_integrator::Scratch;
 use steradian_integrator::record::{Event, PathRecord, RayKind, Technique};
 use steradian_math::{Normal3, Point3, Vec3};
 use steradian_render::{PixelSampler, Sampled};
@@ -27,9 +28,11 @@ pub(crate) fn run(args: &TraceArgs, console: &Console) -> Result<u8, Failure> {
     let mut sampler = Sampler::new(&world.settings().sampler);
     let mut record = PathRecord::default();
     // What was recorded up to a broken rule is what the user came for.
-    let sampled =
-        catch_unwind(AssertUnwindSafe(|| pixel_sampler.sample(&mut sampler, args.pixel.0, args.sample, &mut record)))
-            .ok();
+    let mut scratch = Scratch::default();
+    let sampled = catch_unwind(AssertUnwindSafe(|| {
+        pixel_sampler.sample(&mut sampler, args.pixel.0, args.sample, &mut record, &mut scratch)
+    }))
+    .ok();
     if args.json {
         let value = as_json(args, sampled.as_ref(), &record);
         console.out(serde_json::to_string_pretty(&value).map_err(|e| Failure::Environment(e.to_string()))?);

@@ -12,6 +12,7 @@ pub use vertex::{Vertex, Weights, add, scaled};
 use crate::measure::ErrorAt;
 use crate::parallel;
 use steradian_image::Image;
+use steradian_integrator::Scratch;
 use steradian_integrator::record::{Counters, RayCounts, Record};
 use steradian_render::PixelSampler;
 use steradian_sampling::{Randomization, Sampler, SamplerKind, SamplerSettings};
@@ -98,9 +99,10 @@ fn render_recorded<R: Record + Send>(
     let pixels = PixelSampler::new(world);
     per_pixel(world, threads, &source, |pixel, s| {
         let mut record = new();
+        let mut scratch = Scratch::default();
         let mut sum = [0.0; 3];
         for i in 0..spp {
-            let value = pixels.sample(s, pixel, i, &mut record).rgb;
+            let value = pixels.sample(s, pixel, i, &mut record, &mut scratch).rgb;
             sum = std::array::from_fn(|c| sum[c] + value[c]);
         }
         (sum.map(|v| v / spp as f32), record)

@@ -104,7 +104,7 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<[f64; 2], Error> {
             &picture,
         ));
         if criterion != Adaptive::No {
-            let density = rendered.film.map(|_, n| f64::from(n).log2());
+            let density = rendered.film.map(|e| f64::from(e.samples).log2());
             let caption = format!("rays per pixel, {name} (logarithmic, dark is few)");
             let range = [f64::from(budget / 8).log2(), f64::from(budget * 8).log2()];
             shown.push(paint::heat(&format!("{name}-density"), caption, width, &density, range));

@@ -6,8 +6,8 @@ use steradian_image::{Filter, FilterKind};
 use steradian_math::{AnimatedTransform, Vec2};
 use steradian_sampling::{Randomization, SamplerKind, SamplerSettings};
 use steradian_scene::{
-    Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, LobeSampling, Medium,
-    MisHeuristic, Projection, RenderSettings, SphericalMapping, Techniques,
+    Bidirectional, Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, LobeSampling,
+    Medium, MisHeuristic, Projection, RenderSettings, SphericalMapping, Techniques,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
 use steradian_syntax::{Diagnostic, Directive, Kind, Span, did_you_mean};
@@ -322,20 +322,7 @@ impl Loader<'_> {
         match kind.as_str() {
             "path" | "volpath" => {
                 settings.kind = if kind == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
-                settings.light_selection = p.choice(
-                    "lightsampler",
-                    &[
-                        ("bvh", LightSelection::Tree),
-                        ("uniform", LightSelection::Uniform),
-                        ("power", LightSelection::Power),
-                        ("exhaustive", LightSelection::Tree),
-                    ],
-                );
-                if let Some((name, span)) = p.string("lightsampler")
-                    && name == "exhaustive"
-                {
-                    p.warning("the `exhaustive` light sampler is not supported yet; `bvh` is used instead", span);
-                }
+                settings.light_selection = light_selection(p);
                 settings.regularize = p.boolean("regularize", false);
             }
             "ambientocclusion" => {
@@ -370,7 +357,25 @@ impl Loader<'_> {
                     ..Techniques::default()
                 };
             }
-            "lightpath" | "bdpt" | "mlt" | "sppm" => {
+            "lightpath" => {
+                settings.kind = IntegratorKind::LightPath;
+                settings.light_selection = LightSelection::Power;
+            }
+            "bdpt" => {
+                settings.kind = IntegratorKind::Bdpt(Bidirectional::default());
+                settings.light_selection = light_selection(p);
+                settings.regularize = p.boolean("regularize", false);
+                for name in ["visualizestrategies", "visualizeweights"] {
+                    if p.boolean(name, false) {
+                        let span = p.span_of(name);
+                        p.warning(
+                            format!("`{name}` writes no files here; --strategy S,T shows what one strategy finds"),
+                            span,
+                        );
+                    }
+                }
+            }
+            "mlt" | "sppm" => {
                 // All of them see media but `sppm`, whose scenes have none.
                 settings.kind = IntegratorKind::VolPath;
                 p.warning(format!("the `{kind}` integrator is not supported yet; `volpath` is used instead"), None);
@@ -464,6 +469,25 @@ impl Loader<'_> {
             }
         }
     }
+}
+
+/// How one light is picked among many.
+fn light_selection(p: &mut Params) -> LightSelection {
+    let chosen = p.choice(
+        "lightsampler",
+        &[
+            ("bvh", LightSelection::Tree),
+            ("uniform", LightSelection::Uniform),
+            ("power", LightSelection::Power),
+            ("exhaustive", LightSelection::Tree),
+        ],
+    );
+    if let Some((name, span)) = p.string("lightsampler")
+        && name == "exhaustive"
+    {
+        p.warning("the `exhaustive` light sampler is not supported yet; `bvh` is used instead", span);
+    }
+    chosen
 }
 
 /// Lens and window of the cameras that have no lens system.

@@ -50,7 +50,7 @@ fn layers(world: &World) -> Layers {
     Layers::new(vec![Layer::Direct, Layer::FoundByLobe, Layer::Outliers], world)
 }
 
-fn go(
+pub fn go(
     world: &World,
     goals: &Goals,
     threads: usize,
@@ -76,7 +76,7 @@ fn go(
 }
 
 /// What can be gone on with.
-fn kept(rendered: &Rendered) -> Snapshot {
+pub fn kept(rendered: &Rendered) -> Snapshot {
     let bytes = rendered.encode(&Label { identity: &Identity::new(), note: &[] });
     let snapshot = Snapshot::decode(&bytes).unwrap();
     assert_eq!(snapshot.encode(), bytes);

@@ -20,7 +20,10 @@ fn scene(color: ColorMode, kind: IntegratorKind) -> Scene {
     s
 }
 
-fn rendered(world: &World, list: &[Layer], spp: u32) -> (Rendered, Vec<(String, Vec<[f32; 3]>)>) {
+/// A layer's name and pixels.
+type Read = (String, Vec<[f32; 3]>);
+
+fn rendered(world: &World, list: &[Layer], spp: u32) -> (Rendered, Vec<Read>) {
     let layers = Layers::new(list.to_vec(), world);
     let identity = Identity::new();
     let label = Label { identity: &identity, note: &[] };

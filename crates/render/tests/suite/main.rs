@@ -1,5 +1,6 @@
 //! Renders of small scenes: exact values, and the same bits whatever the threads.
 
+mod bidirectional;
 mod continuing;
 mod counters;
 mod coverage;
@@ -8,4 +9,6 @@ mod furnace;
 mod layers;
 mod media;
 mod scenes;
+mod systems;
+mod techniques;
 mod translucent;

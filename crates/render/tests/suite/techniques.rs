@@ -2,7 +2,7 @@
 
 use crate::scenes::*;
 use std::sync::atomic::AtomicBool;
-use steradian_integrator::{Integrator, SwitchedPath};
+use steradian_integrator::{Integrator, Scratch, SwitchedPath};
 use steradian_math::{AnimatedTransform, Point3, Transform, Vec3};
 use steradian_render::{PixelSampler, Plan, Quiet, Rendered, render};
 use steradian_sampling::{Sampler, SamplerKind};
@@ -189,7 +189,7 @@ fn the_default_switches_are_the_fast_loop() {
     for i in 0..16 * 16 * 4 {
         let mut sample = |p: &PixelSampler<'_>| {
             let none = &mut steradian_integrator::record::NoRecord;
-            p.sample(&mut sampler, [i % 16, i / 16 % 16], i / 256, none).rgb.map(f32::to_bits)
+            p.sample(&mut sampler, [i % 16, i / 16 % 16], i / 256, none, &mut Scratch::default()).rgb.map(f32::to_bits)
         };
         assert_eq!(sample(&fast), sample(&general), "sample {i}");
     }

@@ -144,6 +144,10 @@ impl World {
         for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {
             record.isotropic = !uses_footprints && is_isotropic(&scene.materials[record.material]);
         }
+        let has_interfaces = primitives
+            .iter()
+            .chain(objects.iter().flatten())
+            .any(|p| matches!(scene.materials[p.material].scattering, Scattering::Interface));
         let diffusion = super::subsurface::DiffusionTables::build(&scene);
         let mut world = World {
             groups,
@@ -153,6 +157,7 @@ impl World {
             diffusion,
             has_motion,
             uses_footprints,
+            has_interfaces,
             area_lights: Vec::new(),
             lights: Lights::default(),
             needs_one_wavelength: needs_one_wavelength(&scene, &media),
@@ -174,6 +179,9 @@ impl World {
             emitters.truncate(first);
         }
         world.lights = Lights::build(&world, emitters, &bounds);
+        if world.settings().integrator.kind.starts_at_lights() {
+            world.prepare_emission();
+        }
         world.scene.settings.integrator.check(&world.light_census())?;
         Ok(world)
     }

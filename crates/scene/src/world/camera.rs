@@ -26,16 +26,16 @@ pub const DIFFERENTIAL_SCALE: f32 = 0.125;
 /// A camera ready to generate rays.
 #[derive(Clone, Debug)]
 pub struct CameraModel {
-    projection: Projection,
+    pub(super) projection: Projection,
     /// The lenses of a realistic camera.
     lens: Option<Lens>,
     world_from_camera: AnimatedTransform,
     shutter: [f32; 2],
     lens_radius: f32,
-    focal_distance: f32,
+    pub(super) focal_distance: f32,
     /// Raster to the plane z = 1 of camera space: `[x0, x1, y0, y1]` of the film's edges there.
-    window: [f32; 4],
-    resolution: [f32; 2],
+    pub(super) window: [f32; 4],
+    pub(super) resolution: [f32; 2],
     /// The least change of origin and direction between neighbouring pixels, x then y, in a frame that looks along +z.
     min_differential: [[Vec3; 2]; 2],
     differential_scale: f32,
@@ -170,6 +170,12 @@ impl CameraModel {
         }
     }
 
+    /// The moment of a sample.
+    #[inline]
+    pub fn time_of(&self, sample: &CameraSample) -> f32 {
+        lerp(sample.time, self.shutter[0], self.shutter[1])
+    }
+
     /// The ray through a film position, with unit direction, in world space.
     #[inline]
     pub fn ray(&self, sample: &CameraSample) -> Ray {
@@ -180,14 +186,14 @@ impl CameraModel {
     /// through.
     #[inline]
     pub fn weighted_ray(&self, sample: &CameraSample) -> (Ray, f32) {
-        let time = lerp(sample.time, self.shutter[0], self.shutter[1]);
+        let time = self.time_of(sample);
         let (o, d, weight) = self.camera_ray(sample.film, sample.lens);
         let t = self.world_from_camera.at(time);
         (Ray::new(t.point(o), t.vector(d).normalize(), time), weight)
     }
 
     #[inline]
-    fn lens_point(&self, u: [f32; 2]) -> Option<(f32, f32)> {
+    pub(super) fn lens_point(&self, u: [f32; 2]) -> Option<(f32, f32)> {
         (self.has_lens() && self.lens.is_none()).then(|| {
             let d = square_to_uniform_disk_concentric(u);
             (d[0] * self.lens_radius, d[1] * self.lens_radius)

@@ -33,6 +33,7 @@ pub(super) fn displace_meshes(
         camera: super::CameraModel::new(&Camera::default(), [1, 1], false),
         has_motion: false,
         uses_footprints: false,
+        has_interfaces: false,
         needs_one_wavelength: false,
         media: Vec::new(),
         diffusion: super::subsurface::DiffusionTables::default(),

@@ -8,15 +8,17 @@ mod lens;
 mod light;
 mod medium;
 mod noise;
+mod reception;
 mod shading;
 mod subsurface;
 mod surface;
 mod texture;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
-pub use light::{LightContext, LightPoint, LightSample};
+pub use light::{Emission, LightContext, LightEnd, LightPoint, LightSample};
 pub(crate) use light::{mean_intensity, projected_luminance};
 pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
+pub use reception::Reception;
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::{MeshPoint, TextureContext};
@@ -65,6 +67,7 @@ pub struct World {
     diffusion: subsurface::DiffusionTables,
     has_motion: bool,
     uses_footprints: bool,
+    has_interfaces: bool,
 }
 
 /// Numbers that describe a world.
@@ -123,6 +126,12 @@ impl World {
     #[inline]
     pub fn has_motion(&self) -> bool {
         self.has_motion
+    }
+
+    /// Whether there are surfaces that only separate media, so that light goes straight through.
+    #[inline]
+    pub fn has_interfaces(&self) -> bool {
+        self.has_interfaces
     }
 
     /// The ray for a film position, with differentials if any texture will ask for them.

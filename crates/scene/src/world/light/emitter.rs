@@ -3,7 +3,7 @@
 use crate::Handle;
 use crate::world::{Surface, World};
 use steradian_geometry::{BilinearMesh, PlacedQuadric, PreparedTriangle, Reference, ShapeSample, TriangleMesh};
-use steradian_math::{Bounds3, Point3, Vec3};
+use steradian_math::{Bounds3, Normal3, Point3, Vec3};
 
 /// The geometry of an emitter.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl World {
         a + ((b - a) + (c - a)) * (1.0 / 3.0)
     }
 
-    fn sample_emitter_area(&self, shape: &EmitterShape, u: [f32; 2]) -> Option<ShapeSample> {
+    pub(super) fn sample_emitter_area(&self, shape: &EmitterShape, u: [f32; 2]) -> Option<ShapeSample> {
         match *shape {
             EmitterShape::Triangle(mesh, face) => self.scene.triangle_meshes[mesh].sample_area(face as usize, u),
             EmitterShape::Patch(mesh, face) => self.scene.bilinear_meshes[mesh].sample_area(face as usize, u),
@@ -92,7 +92,15 @@ impl World {
                     }
                     Some(s)
                 }
-                None => self.scene.triangle_meshes[mesh].sample_solid_angle(face as usize, from, u),
+                None => {
+                    let (mesh, face) = (&self.scene.triangle_meshes[mesh], face as usize);
+                    let mut s = mesh.sample_solid_angle(face, from, u)?;
+                    // Textures want barycentric coordinates.
+                    if self.area_lights[emitter.emission as usize].texture.is_some() {
+                        s.uv = mesh.triangle(face).sample_solid_angle(from, u)?.uv;
+                    }
+                    Some(s)
+                }
             },
             EmitterShape::Patch(mesh, face) => {
                 self.scene.bilinear_meshes[mesh].sample_solid_angle(face as usize, from, u)
@@ -104,16 +112,28 @@ impl World {
     /// The density of `sample_emitter` for the point that a ray hit.
     #[inline]
     pub(crate) fn emitter_pdf(&self, emitter: &Emitter, from: &Reference, hit: &Surface) -> f32 {
+        self.emitter_pdf_at(emitter, from, hit.p, hit.n, hit.coordinates)
+    }
+
+    /// The same for a point that is given by what matters of it.
+    #[inline]
+    pub(super) fn emitter_pdf_at(
+        &self,
+        emitter: &Emitter,
+        from: &Reference,
+        p: Point3,
+        n: Normal3,
+        [u, v]: [f32; 2],
+    ) -> f32 {
         match emitter.shape {
             EmitterShape::Triangle(mesh, face) => match &emitter.prepared {
-                Some(triangle) => triangle.pdf_solid_angle(from, hit.p),
-                None => self.scene.triangle_meshes[mesh].triangle(face as usize).pdf_solid_angle(from, hit.p),
+                Some(triangle) => triangle.pdf_solid_angle(from, p),
+                None => self.scene.triangle_meshes[mesh].triangle(face as usize).pdf_solid_angle(from, p),
             },
             EmitterShape::Patch(mesh, face) => {
-                let [u, v] = hit.coordinates;
                 self.scene.bilinear_meshes[mesh].patch(face as usize).pdf_solid_angle(from, u, v)
             }
-            EmitterShape::Quadric(i) => self.emitting_quadric(i).pdf_solid_angle(from, hit.p, hit.n),
+            EmitterShape::Quadric(i) => self.emitting_quadric(i).pdf_solid_angle(from, p, n),
         }
     }
 }

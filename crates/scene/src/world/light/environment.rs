@@ -1,6 +1,7 @@
 //! Environment maps: radiance from infinitely far as a picture, sampled in proportion to its brightness (PBRT 4th ed.,
 //! 12.5.2).
 
+use super::emission::{Ball, FarEmission, from_infinity};
 use super::far::{FarLight, FarSample};
 use crate::world::texture::rgb_lanes;
 use crate::{Arena, EnvironmentMapping, Handle, TextureImage};
@@ -169,6 +170,22 @@ impl FarLight for Environment {
     #[inline]
     fn radiance(&self, images: &Arena<TextureImage>, ray: &Ray, w: &Wavelengths) -> Lanes {
         self.lanes(images, ray.d, w)
+    }
+
+    fn emit(
+        &self,
+        images: &Arena<TextureImage>,
+        ball: &Ball,
+        up: [f32; 2],
+        ud: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        let (wi, pdf) = self.sample_direction(self.distribution.as_ref(), ud)?;
+        Some(from_infinity(ball, wi, self.lanes(images, wi, w), pdf, up))
+    }
+
+    fn emission_pdf(&self, ball: &Ball, d: Vec3) -> [f32; 2] {
+        [self.pdf_direction(self.distribution.as_ref(), -d), ball.pdf()]
     }
 
     fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {

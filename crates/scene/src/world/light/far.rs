@@ -2,6 +2,7 @@
 
 use super::bounds::LightBounds;
 use super::distant::Distant;
+use super::emission::{Ball, FarEmission};
 use super::environment::Environment;
 use super::goniometric::Goniometric;
 use super::point::PointLight;
@@ -88,6 +89,24 @@ pub(super) trait FarLight {
 
     /// Emitted power in common, photometric units: only to choose among lights.
     fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32;
+
+    /// Takes a ray that leaves the light; see [`super::emission`] for its densities. `ball` holds everything finite.
+    fn emit(
+        &self,
+        images: &Arena<TextureImage>,
+        ball: &Ball,
+        u_place: [f32; 2],
+        u_direction: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission>;
+
+    /// The densities of `emit` for a ray in direction `d`: of the light's end, and of the ray given the end.
+    fn emission_pdf(&self, ball: &Ball, d: Vec3) -> [f32; 2];
+
+    /// Where the light is, if it has a place.
+    fn position(&self) -> Option<Point3> {
+        None
+    }
 
     /// Where and to where the light shines, if it has a place; `power` is what [`FarLight::power`] returned.
     fn bounds(&self, _power: f32) -> Option<LightBounds> {
@@ -215,6 +234,36 @@ impl Far {
     /// See [`FarLight::power`].
     pub fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {
         with_far!(self, l => l.power(images, scene_radius))
+    }
+
+    /// See [`FarLight::emit`].
+    #[inline]
+    pub fn emit(
+        &self,
+        images: &Arena<TextureImage>,
+        ball: &Ball,
+        u_place: [f32; 2],
+        u_direction: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        with_far!(self, l => l.emit(images, ball, u_place, u_direction, w))
+    }
+
+    /// See [`FarLight::emission_pdf`].
+    #[inline]
+    pub fn emission_pdf(&self, ball: &Ball, d: Vec3) -> [f32; 2] {
+        with_far!(self, l => l.emission_pdf(ball, d))
+    }
+
+    /// See [`FarLight::position`].
+    pub fn position(&self) -> Option<Point3> {
+        with_far!(self, l => l.position())
+    }
+
+    /// Whether the light shines from infinitely far.
+    #[inline]
+    pub fn is_infinite(&self) -> bool {
+        !matches!(self, Self::Point(_) | Self::Spot(_) | Self::Goniometric(_) | Self::Projection(_))
     }
 
     /// See [`FarLight::bounds`].

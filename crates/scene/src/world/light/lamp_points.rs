@@ -7,7 +7,7 @@
 //! picture's middle. Environments have no point.
 
 use super::far::Far;
-use super::{LightContext, LightSample, Lights};
+use super::{LightContext, LightEnd, LightSample, Lights};
 use crate::LightCensus;
 use crate::world::{Hit, World};
 use steradian_math::{Normal3, Point2, Point3, Ray, Vec3};
@@ -84,6 +84,9 @@ impl World {
             lamps: self.lights.points.len(),
             lens: self.camera.has_lens(),
             motion: self.has_motion,
+            receiver: self.camera.is_receiver(),
+            unsampled: self.has_unsampled_lights(),
+            subsurface: self.has_subsurface(),
         }
     }
 
@@ -122,6 +125,7 @@ impl World {
             wi,
             distance,
             end: point.p,
+            light_end: LightEnd::without_surface(point.emission, point.p),
             pdf: 1.0,
             is_delta: true,
         })

@@ -5,6 +5,7 @@
 
 mod bounds;
 mod distant;
+mod emission;
 mod emitter;
 mod environment;
 mod far;
@@ -18,6 +19,7 @@ mod spot;
 mod tree;
 mod uniform;
 
+pub use emission::{Emission, LightEnd};
 pub use emitter::{Emitter, EmitterShape};
 pub(crate) use goniometric::mean_intensity;
 pub use lamp_points::LightPoint;
@@ -77,6 +79,8 @@ pub struct LightSample {
     pub distance: f32,
     /// The end of the shadow ray, off the light's surface; meaningless if the distance is infinite.
     pub end: Point3,
+    /// The light's end of a path that goes this way.
+    pub light_end: LightEnd,
     /// Density per solid angle, times the probability of the light; the probability alone for delta lights.
     pub pdf: f32,
     /// Whether the light cannot be hit by chance.
@@ -92,6 +96,7 @@ pub struct Lights {
     selection: Selection,
     /// One point for each lamp, for algorithms that know points only.
     points: Vec<LightPoint>,
+    emission: emission::EmissionTables,
 }
 
 impl Lights {
@@ -101,7 +106,7 @@ impl Lights {
         let far: Vec<Far> = scene.lights.iter().map(|light| Far::new(light, &scene.images)).collect();
         let first = emitters.len() as u32;
         let infinite = (0..far.len()).filter(|&i| !far[i].is_delta()).map(|i| first + i as u32).collect();
-        let mut lights = Self { emitters, far, infinite, selection: Selection::None, points: Vec::new() };
+        let mut lights = Self { emitters, far, infinite, ..Self::default() };
         lights.points = lights.light_points(world);
         lights.selection = lights.select(world, scene.settings.integrator.light_selection, bounds);
         lights
@@ -130,6 +135,11 @@ impl Lights {
 }
 
 impl World {
+    /// Prepares what paths that start at lights need, once everything else is there.
+    pub(crate) fn prepare_emission(&mut self) {
+        self.lights.emission = emission::EmissionTables::build(self);
+    }
+
     /// The numbers of the lights that shine from infinitely far.
     #[inline]
     pub fn infinite_lights(&self) -> &[u32] {
@@ -195,7 +205,9 @@ impl World {
                 return None;
             }
             let end = steradian_math::offset_ray_origin(s.p, s.p_error, s.n, -wi);
-            return Some(LightSample { light, radiance, wi, distance, end, pdf: s.pdf * probability, is_delta: false });
+            let light_end = LightEnd::sampled(light, &s);
+            let pdf = s.pdf * probability;
+            return Some(LightSample { light, radiance, wi, distance, end, light_end, pdf, is_delta: false });
         }
         let far = &self.lights.far[light as usize - self.lights.emitters.len()];
         let s = if context.beside_lobes {
@@ -209,6 +221,7 @@ impl World {
             wi: s.wi,
             distance: s.distance,
             end: s.end,
+            light_end: LightEnd::without_surface(light, s.end),
             pdf: s.pdf * probability,
             is_delta: far.is_delta(),
         })

@@ -4,6 +4,7 @@
 //!
 //! As in pbrt-v4 the rectified picture, of the resolution of the original, *is* the light from then on.
 
+use super::emission::{Ball, FarEmission};
 use super::environment::rgb_at;
 use super::far::{FarLight, FarSample};
 use crate::world::texture::rgb_lanes;
@@ -106,6 +107,12 @@ impl Portal {
         Some(([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])]))
     }
 
+    /// The density, per area perpendicular to local direction `w`, of rays through uniform points of the opening.
+    fn rays_through(&self, w: Vec3) -> f32 {
+        let across = self.frame.to_local(self.corners[1] - self.corners[0]);
+        1.0 / ((across.x * across.y).abs() * w.z)
+    }
+
     fn lanes(&self, uv: [f32; 2], w: &Wavelengths) -> Lanes {
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         let rgb = self.rgb[cell(uv[1], self.size[1]) * self.size[0] + cell(uv[0], self.size[0])];
@@ -139,6 +146,32 @@ impl FarLight for Portal {
             Some((min, max)) if (0..2).all(|i| uv[i] >= min[i] && uv[i] <= max[i]) => self.lanes(uv, w),
             _ => Lanes::ZERO,
         }
+    }
+
+    fn emit(
+        &self,
+        _: &Arena<TextureImage>,
+        ball: &Ball,
+        up: [f32; 2],
+        ud: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        let (uv, pdf) = self.distribution.as_ref()?.sample(ud, [0.0; 2], [1.0; 2])?;
+        let local = direction(uv);
+        let d = -self.frame.from_local(local);
+        // Through a point of the opening, from outside everything.
+        let across = self.frame.to_local(self.corners[1] - self.corners[0]);
+        let through = self.corners[0] + self.frame.x * (across.x * up[0]) + self.frame.y * (across.y * up[1]);
+        let o = through - d * (through.distance(ball.centre) + ball.radius);
+        let pdf_ray = self.rays_through(local);
+        Some(FarEmission { o, d, value: self.lanes(uv, w), pdf_end: pdf / dw_duv(local), pdf_ray })
+    }
+
+    fn emission_pdf(&self, _: &Ball, d: Vec3) -> [f32; 2] {
+        let local = -self.frame.to_local(d);
+        let (Some(distribution), Some(uv)) = (&self.distribution, self.uv_of(local)) else { return [0.0; 2] };
+        let pdf = distribution.pdf(uv, [0.0; 2], [1.0; 2]) / dw_duv(local);
+        [if pdf.is_finite() { pdf } else { 0.0 }, self.rays_through(local)]
     }
 
     fn power(&self, _: &Arena<TextureImage>, _: f32) -> f32 {

@@ -1,12 +1,14 @@
 //! The projection light: a slide projector at a point (PBRT 4th ed., 12.2.2).
 
 use super::bounds::LightBounds;
+use super::emission::{Ball, FarEmission, from_point, stretch};
 use super::environment::rgb_at;
 use super::far::{FarLight, FarSample};
 use crate::world::texture::rgb_lanes;
 use crate::{Arena, Handle, TextureImage};
 use steradian_math::{Bounds3, Point3, Transform, Vec3, radians, tan};
-use steradian_spectrum::{SpectrumUse, Wavelengths};
+use steradian_sampling::Piecewise2D;
+use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 
 /// The least share of +z in directions that are lit.
 const LEAST_COS: f32 = 1e-3;
@@ -22,6 +24,8 @@ pub(super) struct Projection {
     /// Half the extent of the picture on the plane z = 1.
     half: [f32; 2],
     flux: f32,
+    /// Of places of the picture, by brightness over solid angle.
+    distribution: Option<Piecewise2D>,
 }
 
 /// Half the extent on the plane z = 1 of a picture whose shorter axis spans `fov` degrees.
@@ -50,6 +54,18 @@ pub(crate) fn projected_luminance(image: &TextureImage, fov: f32) -> f32 {
     (sum / (w * h).max(1) as f64) as f32 * 4.0 * half[0] * half[1]
 }
 
+fn distribution(image: &TextureImage, half: [f32; 2]) -> Option<Piecewise2D> {
+    let (w, h) = (image.texels.width(), image.texels.height());
+    let values: Vec<f32> = (0..w * h)
+        .map(|i| {
+            let at = |i: usize, n: usize| 2.0 * (i as f32 + 0.5) / n as f32 - 1.0;
+            let cos = 1.0 / Vec3::new(at(i % w, w) * half[0], at(i / w, h) * half[1], 1.0).length();
+            rgb_at(&image.texels, i % w, i / w).iter().map(|v| v.max(0.0)).sum::<f32>() * cos * cos * cos
+        })
+        .collect();
+    values.iter().any(|&v| v > 0.0).then(|| Piecewise2D::new(values, w, h))?
+}
+
 impl Projection {
     /// `fov` is the angle of the shorter axis in degrees.
     pub fn new(
@@ -67,7 +83,30 @@ impl Projection {
             scale,
             half: half_extent(&images[image], fov),
             flux: projected_luminance(&images[image], fov),
+            distribution: distribution(&images[image], half_extent(&images[image], fov)),
         }
+    }
+
+    /// The place of unit local direction `d` in the picture.
+    fn uv_of(&self, d: Vec3) -> Option<[f32; 2]> {
+        if d.z < LEAST_COS {
+            return None;
+        }
+        let (u, v) = (0.5 * (d.x / (d.z * self.half[0]) + 1.0), 0.5 * (1.0 - d.y / (d.z * self.half[1])));
+        ((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)).then_some([u, v])
+    }
+
+    fn lanes(&self, images: &Arena<TextureImage>, [u, v]: [f32; 2], w: &Wavelengths) -> Lanes {
+        let image = &images[self.image];
+        let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
+        let rgb = rgb_at(&image.texels, cell(u, image.texels.width()), cell(v, image.texels.height()));
+        let rgb = rgb.map(|v| v.max(0.0));
+        rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale
+    }
+
+    /// The density per solid angle, at unit local direction `d`, of the uniform density on the picture's square.
+    fn square_density(&self, d: Vec3) -> f32 {
+        1.0 / (4.0 * self.half[0] * self.half[1] * d.z * d.z * d.z)
     }
 }
 
@@ -76,19 +115,33 @@ impl FarLight for Projection {
 
     fn sample(&self, images: &Arena<TextureImage>, from: Point3, _: [f32; 2], w: &Wavelengths) -> Option<FarSample> {
         let d = self.light_from_world.vector(from - self.p).try_normalize()?;
-        if d.z < LEAST_COS {
-            return None;
-        }
-        let (u, v) = (0.5 * (d.x / (d.z * self.half[0]) + 1.0), 0.5 * (1.0 - d.y / (d.z * self.half[1])));
-        if !(0.0..=1.0).contains(&u) || !(0.0..=1.0).contains(&v) {
-            return None;
-        }
-        let image = &images[self.image];
-        let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
-        let rgb = rgb_at(&image.texels, cell(u, image.texels.width()), cell(v, image.texels.height()));
-        let rgb = rgb.map(|v| v.max(0.0));
-        let intensity = rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale;
-        FarSample::point(self.p, from, intensity)
+        FarSample::point(self.p, from, self.lanes(images, self.uv_of(d)?, w))
+    }
+
+    fn emit(
+        &self,
+        images: &Arena<TextureImage>,
+        _: &Ball,
+        _: [f32; 2],
+        ud: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        let (uv, pdf) = self.distribution.as_ref()?.sample(ud);
+        let local = Vec3::new((2.0 * uv[0] - 1.0) * self.half[0], (1.0 - 2.0 * uv[1]) * self.half[1], 1.0).normalize();
+        let d = self.light_from_world.inverse().vector(local).normalize();
+        let pdf = pdf * self.square_density(local) * stretch(&self.light_from_world, d);
+        Some(from_point(self.p, d, self.lanes(images, uv, w), pdf))
+    }
+
+    fn emission_pdf(&self, _: &Ball, d: Vec3) -> [f32; 2] {
+        let local = self.light_from_world.vector(d).normalize();
+        let (Some(distribution), Some(uv)) = (&self.distribution, self.uv_of(local)) else { return [1.0, 0.0] };
+        let pdf = distribution.pdf(uv) * self.square_density(local) * stretch(&self.light_from_world, d);
+        [1.0, pdf]
+    }
+
+    fn position(&self) -> Option<Point3> {
+        Some(self.p)
     }
 
     fn power(&self, images: &Arena<TextureImage>, _: f32) -> f32 {

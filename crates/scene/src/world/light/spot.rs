@@ -1,9 +1,13 @@
 //! The spot light: a cone with a smooth rim (PBRT 4th ed., 12.2.1).
 
 use super::bounds::LightBounds;
+use super::emission::{Ball, FarEmission, from_point, stretch};
 use super::far::{FarLight, FarSample, brightness};
 use crate::{Arena, TextureImage};
-use steradian_math::{Bounds3, PI, Point3, Transform, Vec3, cos, safe_acos, smoothstep};
+use steradian_math::{
+    Bounds3, ONE_MINUS_EPSILON, PI, Point3, TAU, Transform, Vec3, cos, lerp, safe_acos, safe_sqrt, smoothstep,
+};
+use steradian_sampling::warp::unit_to_smooth_step;
 use steradian_spectrum::{Spectrum, Wavelengths};
 
 /// A point that shines into a cone around +z of light space.
@@ -33,6 +37,21 @@ impl Spot {
     }
 }
 
+impl Spot {
+    /// The solid angle inside the falloff, and the part of the falloff's that is lit.
+    fn parts(&self) -> (f32, f32) {
+        (TAU * (1.0 - self.cos_start), PI * (self.cos_start - self.cos_end))
+    }
+
+    /// Emission in direction `d`: in proportion to intensity.
+    fn densities(&self, d: Vec3) -> [f32; 2] {
+        let (core, rim) = self.parts();
+        let cos = self.light_from_world.vector(d).normalize().z;
+        let share = smoothstep(cos, self.cos_end, self.cos_start);
+        [1.0, share / (core + rim) * stretch(&self.light_from_world, d)]
+    }
+}
+
 impl FarLight for Spot {
     const IS_DELTA: bool = true;
 
@@ -41,6 +60,37 @@ impl FarLight for Spot {
         let cos = self.light_from_world.vector(from - self.p).normalize().z;
         let share = smoothstep(cos, self.cos_end, self.cos_start);
         FarSample::point(self.p, from, self.intensity.eval(w) * (self.scale * share))
+    }
+
+    fn emit(
+        &self,
+        _: &Arena<TextureImage>,
+        _: &Ball,
+        _: [f32; 2],
+        ud: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        let [u_part, uy] = ud;
+        let (core, rim) = self.parts();
+        let p = core / (core + rim);
+        let cos = if u_part < p {
+            lerp(u_part / p, 1.0, self.cos_start)
+        } else {
+            unit_to_smooth_step(((u_part - p) / (1.0 - p)).min(ONE_MINUS_EPSILON), self.cos_end, self.cos_start)
+        };
+        let local = Vec3::spherical(safe_sqrt(1.0 - cos * cos), cos, TAU * uy);
+        let d = self.light_from_world.inverse().vector(local).normalize();
+        let share = smoothstep(cos, self.cos_end, self.cos_start);
+        let [_, pdf] = self.densities(d);
+        Some(from_point(self.p, d, self.intensity.eval(w) * (self.scale * share), pdf))
+    }
+
+    fn emission_pdf(&self, _: &Ball, d: Vec3) -> [f32; 2] {
+        self.densities(d)
+    }
+
+    fn position(&self) -> Option<Point3> {
+        Some(self.p)
     }
 
     fn power(&self, _: &Arena<TextureImage>, _: f32) -> f32 {

@@ -1,5 +1,6 @@
 //! The same radiance from everywhere (PBRT 4th ed., 12.5.1).
 
+use super::emission::{Ball, FarEmission, from_infinity};
 use super::far::{FarLight, FarSample, brightness};
 use crate::{Arena, TextureImage};
 use steradian_math::{INV_4PI, PI, Point3, Ray, Vec3};
@@ -36,6 +37,22 @@ impl FarLight for Uniform {
     #[inline]
     fn radiance(&self, _: &Arena<TextureImage>, _: &Ray, w: &Wavelengths) -> Lanes {
         self.radiance.eval(w) * self.scale
+    }
+
+    fn emit(
+        &self,
+        _: &Arena<TextureImage>,
+        ball: &Ball,
+        up: [f32; 2],
+        ud: [f32; 2],
+        w: &Wavelengths,
+    ) -> Option<FarEmission> {
+        let radiance = self.radiance.eval(w) * self.scale;
+        Some(from_infinity(ball, square_to_uniform_sphere(ud), radiance, INV_4PI, up))
+    }
+
+    fn emission_pdf(&self, ball: &Ball, _: Vec3) -> [f32; 2] {
+        [INV_4PI, ball.pdf()]
     }
 
     fn power(&self, _: &Arena<TextureImage>, scene_radius: f32) -> f32 {

@@ -3,6 +3,7 @@
 //! PBRT 4th ed., chapter 11; null-collision methods after Novak et al. 2018, "Monte Carlo methods for volumetric light
 //! transport simulation".
 
+mod around;
 mod cloud;
 mod flight;
 mod grid;

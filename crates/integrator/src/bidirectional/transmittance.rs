@@ -1,0 +1,79 @@
+//! What gets through from one vertex to another: surfaces that only separate media are passed, others block.
+
+use crate::hero::Hero;
+use crate::record::{self, RayKind, Record};
+use steradian_math::{Point3, Ray};
+use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
+use steradian_scene::{Handle, Medium, World};
+use steradian_spectrum::{Lanes, Wavelengths};
+
+/// Transmittance over the density of the hero's lane, and the densities of all lanes over the same.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passed {
+    pub t: Lanes,
+    pub ratios: Lanes,
+}
+
+impl Passed {
+    const ALL: Self = Self { t: Lanes::ONE, ratios: Lanes::ONE };
+}
+
+/// Estimates by ratio tracking (Novák et al. 2014) what gets along `ray`, which ends at the parameter 1 or never. `None` if
+/// something is in the way. `target` is where the ray leads, to go on there behind each boundary; `seed` makes the
+/// estimate random.
+pub(crate) fn transmittance<R: Record>(
+    world: &World,
+    mut ray: Ray,
+    target: Option<Point3>,
+    mut medium: Option<Handle<Medium>>,
+    (hero, w): (Hero, &Wavelengths),
+    seed: f32,
+    record: &mut R,
+) -> Option<Passed> {
+    record.ray(RayKind::Shadow);
+    if !world.has_media() && !world.has_interfaces() {
+        return (!record::occluded(world, &ray, record)).then_some(Passed::ALL);
+    }
+    let lane = hero.lane;
+    let mut out = Passed::ALL;
+    let (o, d) = (ray.o, ray.d);
+    let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
+    let mut rng = Rng::new(words, mix_bits(words));
+    loop {
+        let hit = record::intersect(world, &ray, record);
+        let surface = hit.map(|h| world.surface(&ray, &h));
+        if surface.as_ref().is_some_and(|s| !world.is_interface(s)) {
+            return None;
+        }
+        if let Some(m) = medium {
+            let length = ray.d.length();
+            let t_max = hit.map_or(ray.t_max, |h| h.t) * length;
+            let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, lane);
+            while let Some(c) = flight.next(rng.f32()) {
+                let per_majorant = c.transmittance * (1.0 / c.majorant[lane]);
+                out.t *= per_majorant * c.sigma_n();
+                out.ratios *= per_majorant * c.majorant;
+                // Russian roulette where little is left.
+                let left = out.t * (1.0 / hero.average(out.ratios, w));
+                if left.max_component() < 0.05 {
+                    const END: f32 = 0.75;
+                    if rng.f32() < END {
+                        return None;
+                    }
+                    out.t *= 1.0 / (1.0 - END);
+                }
+            }
+            let passed = flight.passed();
+            out.t *= passed;
+            out.ratios *= passed;
+        }
+        let Some(surface) = surface else { return Some(out) };
+        medium = world.medium_beyond(&surface, ray.d, medium);
+        let next = surface.continue_ray(&ray);
+        ray = match target {
+            Some(p) if (p - next.o).dot(ray.d) <= 0.0 => return Some(out),
+            Some(p) => Ray { d: p - next.o, t_max: 1.0f32.next_down(), ..next },
+            None => next,
+        };
+    }
+}
