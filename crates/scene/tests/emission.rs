@@ -64,7 +64,12 @@ fn lamp(shape: impl FnOnce(&mut Scene) -> Shape, t: Transform, two_sided: bool) 
     let mut scene = empty();
     let shape = shape(&mut scene);
     let (radiance, scale) = white();
-    solid(&mut scene, shape, t, Some(AreaLight { radiance, scale, two_sided, power: None, image: None, group: None }));
+    solid(
+        &mut scene,
+        shape,
+        t,
+        Some(AreaLight { radiance, scale, two_sided, power: None, image: None, texture: None, group: None }),
+    );
     World::build(scene).unwrap()
 }
 
