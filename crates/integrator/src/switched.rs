@@ -123,10 +123,13 @@ impl SwitchedPath {
                 });
             }
             walk.depth += 1;
+            let context = LightContext::of_surface(&surface, &shading.frame);
+            // Without weights between them, light sampling must find all there is.
+            let weighted = self.techniques.mis != MisHeuristic::None;
             let here = Here {
                 surface: &surface,
                 shading: &shading,
-                context: LightContext::of_surface(&surface, &shading.frame),
+                context: if weighted { context.beside_lobes() } else { context },
                 wo: shading.frame.to_local(-walk.ray.d),
             };
             let spread = shading.bsdf.flags().is_non_specular();

@@ -123,7 +123,8 @@ pub(crate) fn land(settings: &RenderSettings, splat: &Splat, rgb: [f32; 3], out:
     let radius = settings.filter.radius();
     let scale = 1.0 / settings.filter.integral();
     let span = |v: f32, r: f32, a: u32, b: u32| {
-        let low = (v - r - 0.5).ceil().max(a as f32) as u32;
+        // Open on one side: light on the border of two pixels belongs to one.
+        let low = ((v - r - 0.5).floor() + 1.0).max(a as f32) as u32;
         let high = ((v + r - 0.5).floor() + 1.0).clamp(a as f32, b as f32) as u32;
         low..high
     };

@@ -169,7 +169,7 @@ impl Header {
                     element: e.name.clone(),
                     count: e.count,
                     need: need - u128::from(self.encoding == Encoding::Ascii && need > 0),
-                    left: left - u128::from(self.encoding == Encoding::Ascii),
+                    left: left.saturating_sub(u128::from(self.encoding == Encoding::Ascii)),
                 });
             }
             left -= need;

@@ -90,7 +90,7 @@ pub fn same_mean(a: &Rendered, b: &Rendered, comparisons: u32, what: &str) {
         let p = z_test(ma, va + vb, mb);
         assert!(p > limit, "{what}: quarter {}, channel {}: {ma} is not {mb}, p = {p:e}", i / 3, i % 3);
         // A comparison that could not see a missing third is none.
-        assert!((va + vb).sqrt() < 0.05 * mb, "{what}: the noise hides everything: {} of {mb}", (va + vb).sqrt());
+        assert!((va + vb).sqrt() < 0.06 * mb, "{what}: the noise hides everything: {} of {mb}", (va + vb).sqrt());
     }
 }
 
