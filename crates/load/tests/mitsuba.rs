@@ -97,7 +97,8 @@ fn old_names_are_understood_in_old_scenes() {
 
 #[test]
 fn materials_become_what_they_are() {
-    let kinds: &[(&str, fn(&Scattering) -> bool)] = &[
+    type Is = fn(&Scattering) -> bool;
+    let kinds: &[(&str, Is)] = &[
         (r#"<bsdf type="dielectric"><string name="int_ior" value="bk7"/></bsdf>"#, |s| {
             matches!(s, Scattering::Dielectric { .. })
         }),

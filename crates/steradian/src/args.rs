@@ -61,7 +61,7 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Trace one path again and print it vertex by vertex
     #[command(after_help = TRACE_NOTES)]
-    Trace(TraceArgs),
+    Trace(Box<TraceArgs>),
     /// Run the lecture's experiments and write a report that opens in any browser
     #[command(after_help = LAB_NOTES)]
     Lab(LabArgs),

@@ -136,7 +136,7 @@ impl Gltf<'_, '_> {
             _ => return Ok(None),
         };
         let keys = times.len() * if kind == Interpolation::Cubic { 3 } else { 1 };
-        if values.len() % keys != 0 || values.is_empty() {
+        if !values.len().is_multiple_of(keys) || values.is_empty() {
             return Err(output.problem(format!("{} numbers for {} key frames", values.len(), times.len())));
         }
         Ok(Some(Track { width: values.len() / keys, times, values, kind, is_rotation: path == "rotation" }))

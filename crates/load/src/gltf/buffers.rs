@@ -171,7 +171,7 @@ pub(super) fn view<'b>(view: &Json, buffers: &'b [Option<Vec<u8>>], key: &str) -
 
 /// A reference to something that is not there.
 pub(super) fn missing(at: &Json, key: &str, what: &str, index: usize, count: usize) -> Problem {
-    let place = at.get(key).map_or_else(|| at.clone(), |v| v);
+    let place = at.get(key).unwrap_or_else(|| at.clone());
     place.problem(match count {
         0 => format!("refers to {what} {index}, but there are none"),
         _ => format!("refers to {what} {index}, but there are only {count}"),

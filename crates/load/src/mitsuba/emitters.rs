@@ -34,7 +34,7 @@ impl Mitsuba<'_> {
         let light = match e.kind.as_str() {
             "point" => {
                 let (intensity, scale) = self.plain_emission(e, "intensity");
-                let at = self.vector(e, "position").map(|p| Transform::translate(p)).unwrap_or(world);
+                let at = self.vector(e, "position").map(Transform::translate).unwrap_or(world);
                 Some(Light::Point { position: origin(&at), intensity, scale })
             }
             "constant" => {
