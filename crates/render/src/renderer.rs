@@ -545,7 +545,9 @@ impl<'w, C: Count> Job<'_, 'w, C> {
                 landed.then(|| stack.push(PixelSum::of(sampled.rgb)))
             } else {
                 let (sampled, colors) = layers.sample(self.sampler, (sampler, scratch), (pixel, index), counts);
-                finite(&sampled, colors).map(|(sum, colors)| stack.push_layers(sum, colors))
+                finite(&sampled, colors)
+                    .filter(|_| self.sampler.land(scratch, &sampled.wavelengths, landed))
+                    .map(|(sum, colors)| stack.push_layers(sum, colors))
             };
             if good.is_none() {
                 *bad_count += 1;
