@@ -56,6 +56,7 @@ fn rendered(world: &World, criterion: Adaptive, spp: u32, threads: usize) -> Ren
         world,
         plan: Plan { spp, threads, time_limit: None },
         goals: Goals { adaptive: criterion, ..Goals::default() },
+        layers: &steradian_render::Layers::default(),
         label: Label { identity: &identity, note: &[] },
         resume: None,
     };

@@ -233,7 +233,7 @@ fn combinations() -> Vec<(String, Techniques)> {
     }
     for (name, extra) in [
         ("no roulette", Techniques { roulette: None, ..t }),
-        ("roulette below 0.5", Techniques { roulette: Some(0.5), ..t }),
+        ("roulette below 1", Techniques { roulette: Some(1.0), ..t }),
         ("split 4", Techniques { split: 4, ..t }),
         ("all domains jittered", Techniques { stratify: Stratify::all(Stratification::Jittered), ..t }),
         ("all domains low-discrepancy", Techniques { stratify: Stratify::all(Stratification::LowDiscrepancy), ..t }),

@@ -52,51 +52,104 @@ impl Node {
     #[inline]
     fn importances(&self, p: Point3, n: Normal3) -> Eight {
         let mut out = [0.0; WIDTH];
-        self.add_importances::<0>(p, n, &mut out);
+        out[..HALF].copy_from_slice(&self.four(0, p, n).0);
         if self.count > HALF as u32 {
-            self.add_importances::<HALF>(p, n, &mut out);
+            out[HALF..].copy_from_slice(&self.four(HALF, p, n).0);
         }
         out
     }
 
-    /// The importances of four children, from `FIRST` on.
+    /// The importances of four children, from `first` on.
     #[inline(always)]
-    fn add_importances<const FIRST: usize>(&self, p: Point3, n: Normal3, out: &mut Eight) {
-        let in_medium = n == Normal3::default();
-        for i in FIRST..FIRST + HALF {
-            let (x, y, z) = (p.x - self.centre[0][i], p.y - self.centre[1][i], p.z - self.centre[2][i]);
-            let d2 = x * x + y * y + z * z;
-            let inverse = 1.0 / at_least(d2, 1e-30).sqrt();
-            // Inside the sphere around the bounds, light may come from anywhere.
-            let outside = d2 > self.radius2[i];
-            let sin2 = self.radius2[i] * (inverse * inverse);
-            let sin_b = if outside { sin2.sqrt() } else { 0.0 };
-            let cos_b = if outside { at_least(1.0 - sin2, 0.0).sqrt() } else { -1.0 };
-            // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
-            let cos = (self.axis[0][i] * x + self.axis[1][i] * y + self.axis[2][i] * z) * inverse;
-            let cos = at_least(cos, cos * self.mirror[i]);
-            let sin = at_least(1.0 - cos * cos, 0.0).sqrt();
-            let within = cos > self.cos[i];
-            let cos_x = if within { 1.0 } else { cos * self.cos[i] + sin * self.sin[i] };
-            let sin_x = if within { 0.0 } else { sin * self.cos[i] - cos * self.sin[i] };
-            let cos_p = if cos_x > cos_b { 1.0 } else { cos_x * cos_b + sin_x * sin_b };
-            // The same at the surface that is lit.
-            let cos_i = ((n.x * x + n.y * y + n.z * z) * inverse).abs();
-            let sin_i = at_least(1.0 - cos_i * cos_i, 0.0).sqrt();
-            let lit = if cos_i > cos_b { 1.0 } else { cos_i * cos_b + sin_i * sin_b };
-            let lit = if in_medium { 1.0 } else { at_least(lit, 1e-4) };
-            let falloff = at_least(at_least(d2, self.radius2[i]), 1e-20);
-            let importance = self.power[i] * at_least(cos_p, 1e-4) * lit / falloff;
-            out[i] = if cos_p <= self.least[i] { 0.0 } else { importance };
+    fn four(&self, first: usize, p: Point3, n: Normal3) -> Four {
+        let of = |v: &Eight| Four(std::array::from_fn(|i| v[first + i]));
+        let (zero, one) = (Four::of(0.0), Four::of(1.0));
+        let [x, y, z] = [0, 1, 2].map(|axis| Four::of(p[axis]) - of(&self.centre[axis]));
+        let radius2 = of(&self.radius2);
+        let d2 = x * x + y * y + z * z;
+        let inverse = one / d2.max(Four::of(1e-30)).sqrt();
+        // Inside the sphere around the bounds, light may come from anywhere.
+        let sin2 = radius2 * (inverse * inverse);
+        let sin_b = d2.where_above(radius2, sin2.sqrt(), zero);
+        let cos_b = d2.where_above(radius2, (one - sin2).max(zero).sqrt(), Four::of(-1.0));
+        // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
+        let cos = (of(&self.axis[0]) * x + of(&self.axis[1]) * y + of(&self.axis[2]) * z) * inverse;
+        let cos = cos.max(cos * of(&self.mirror));
+        let sin = (one - cos * cos).max(zero).sqrt();
+        let (cone_cos, cone_sin) = (of(&self.cos), of(&self.sin));
+        let cos_x = cos.where_above(cone_cos, one, cos * cone_cos + sin * cone_sin);
+        let sin_x = cos.where_above(cone_cos, zero, sin * cone_cos - cos * cone_sin);
+        let cos_p = cos_x.where_above(cos_b, one, cos_x * cos_b + sin_x * sin_b);
+        let mut importance = of(&self.power) * cos_p.max(Four::of(1e-4)) / d2.max(radius2).max(Four::of(1e-20));
+        // The same at the surface that is lit.
+        if n != Normal3::default() {
+            let cos_i = ((Four::of(n.x) * x + Four::of(n.y) * y + Four::of(n.z) * z) * inverse).abs();
+            let sin_i = (one - cos_i * cos_i).max(zero).sqrt();
+            let lit = cos_i.where_above(cos_b, one, cos_i * cos_b + sin_i * sin_b);
+            importance = importance * lit.max(Four::of(1e-4));
         }
+        cos_p.where_above(of(&self.least), importance, zero)
     }
 }
 
-/// The larger of two numbers; one instruction, unlike `f32::max`.
-#[inline(always)]
-fn at_least(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+/// Four numbers side by side, in plain arithmetic that compilers turn into vectors.
+#[derive(Clone, Copy)]
+#[repr(align(16))]
+struct Four([f32; HALF]);
+
+impl Four {
+    #[inline(always)]
+    fn of(x: f32) -> Self {
+        Self([x; HALF])
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([f(a), f(b), f(c), f(d)])
+    }
+
+    #[inline(always)]
+    fn with(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let ([a, b, c, d], [e, g, h, i]) = (self.0, o.0);
+        Self([f(a, e), f(b, g), f(c, h), f(d, i)])
+    }
+
+    /// The larger ones; one instruction, unlike `f32::max`.
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        self.with(o, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f32::abs)
+    }
+
+    /// `yes` where this is greater than `limit`, else `no`.
+    #[inline(always)]
+    fn where_above(self, limit: Self, yes: Self, no: Self) -> Self {
+        Self(std::array::from_fn(|i| if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] }))
+    }
 }
+
+macro_rules! lane_by_lane {
+    ($($operator:ident $method:ident $symbol:tt),*) => {$(
+        impl std::ops::$operator for Four {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, o: Self) -> Self {
+                self.with(o, |a, b| a $symbol b)
+            }
+        }
+    )*};
+}
+lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 /// The sum in a fixed order that vectors can follow.
 #[inline(always)]
