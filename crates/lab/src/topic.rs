@@ -88,6 +88,11 @@ impl Topic {
         }
     }
 
+    /// Its place in the lecture, from 1.
+    pub fn number(self) -> usize {
+        self as usize + 1
+    }
+
     /// The topic of this name.
     ///
     /// # Errors

@@ -51,7 +51,13 @@ fn introduction(report: &Report) -> String {
         let e = &s.experiment;
         let failing = e.claims.iter().filter(|c| !c.holds()).count();
         let mark = if failing > 0 { format!(" <span class=\"fails\">{failing} fail</span>") } else { String::new() };
-        let _ = write!(out, "<li><a href=\"#{}\">{}</a>{mark}</li>", e.topic, escape(e.title));
+        let _ = write!(
+            out,
+            "<li value=\"{}\"><a href=\"#{}\">{}</a>{mark}</li>",
+            e.topic.number(),
+            e.topic,
+            escape(e.title)
+        );
     }
     out + "</ol><p><a href=\"#questions\">The questions of the slides</a> · <a href=\"#slides\">Slide by slide</a> · \
            <a href=\"#errata\">Errata</a></p></nav>"
@@ -60,9 +66,10 @@ fn introduction(report: &Report) -> String {
 fn chapter(section: &Section, setting: &Setting) -> Result<String, Error> {
     let e = &section.experiment;
     let mut out = format!(
-        "<section id=\"{}\"><h2>{}</h2><blockquote>{}</blockquote><p><strong>Experiment.</strong> {}</p>\
+        "<section id=\"{}\"><h2>{}. {}</h2><blockquote>{}</blockquote><p><strong>Experiment.</strong> {}</p>\
          <div class=\"answer\"><p><strong>Measured.</strong> {}</p><p class=\"soft\"><code>{}</code> ({:.1} s)</p></div>",
         e.topic,
+        e.topic.number(),
         escape(e.title),
         escape(e.lecture),
         escape(&e.method),

@@ -24,7 +24,7 @@ mod supersampling;
 /// What most topics need.
 mod prelude {
     pub use crate::claim::{Claim, t_limit, z_limit};
-    pub use crate::experiment::{Axis, Effort, Experiment, Figure, Mark, Setting, Table};
+    pub use crate::experiment::{Axis, Experiment, Figure, Mark, Setting, Table};
     pub use crate::measure::{ErrorAt, Slope, curve, plain_slope, slope, squares, variance_with_error};
     pub use crate::{Error, Topic};
     pub(crate) use crate::{paint, parallel, stage};

@@ -19,24 +19,7 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          indicator of a ball, by the midpoint rule, Simpson's rule, random points, one random point in each of n^d cells, and \
          Owen-scrambled Sobol' points. The slope of the error over the number of evaluations is fitted for each.",
     );
-    let crossing = match setting.effort {
-        Effort::Least => {
-            dimensions::<1>(&mut e, setting);
-            dimensions::<2>(&mut e, setting);
-            dimensions::<4>(&mut e, setting);
-            dimensions::<8>(&mut e, setting)
-        }
-        _ => {
-            dimensions::<1>(&mut e, setting);
-            dimensions::<2>(&mut e, setting);
-            dimensions::<3>(&mut e, setting);
-            dimensions::<4>(&mut e, setting);
-            dimensions::<5>(&mut e, setting);
-            dimensions::<6>(&mut e, setting);
-            dimensions::<7>(&mut e, setting);
-            dimensions::<8>(&mut e, setting)
-        }
-    };
+    let crossing = every_dimension(&mut e, setting);
     counts(&mut e);
     rough(&mut e, setting);
     let gain = uneven(&mut e);
@@ -78,12 +61,30 @@ fn smooth<const D: usize>(x: &[f64; D]) -> f64 {
     x.iter().map(|v| v.exp()).product::<f64>() / (std::f64::consts::E - 1.0).powi(D as i32)
 }
 
-/// Errors in `D` dimensions; says what the slopes are.
-fn dimensions<const D: usize>(e: &mut Experiment, setting: &Setting) -> String {
-    let errors = Errors::measure::<D>(setting);
-    errors.claims(e);
-    errors.figure(e);
-    format!("in {D} dimensions midpoint {:.2}, random {}", plain_slope(&errors.midpoint), fitted(&errors.random))
+/// Errors in one dimension after the other; says what the slopes are in the last.
+fn every_dimension(e: &mut Experiment, setting: &Setting) -> String {
+    let dimensions = setting.effort.pick::<&[u32]>(&[1, 2, 4, 8], &[1, 2, 3, 4, 5, 6, 7, 8], &[1, 2, 3, 4, 5, 6, 7, 8]);
+    let all = parallel::map(setting.threads, dimensions.len(), |i| match dimensions[i] {
+        1 => Errors::measure::<1>(setting),
+        2 => Errors::measure::<2>(setting),
+        3 => Errors::measure::<3>(setting),
+        4 => Errors::measure::<4>(setting),
+        5 => Errors::measure::<5>(setting),
+        6 => Errors::measure::<6>(setting),
+        7 => Errors::measure::<7>(setting),
+        _ => Errors::measure::<8>(setting),
+    });
+    for errors in &all {
+        errors.claims(e);
+        errors.figure(e);
+    }
+    let last = &all[all.len() - 1];
+    format!(
+        "in {} dimensions midpoint {:.2}, random {}",
+        last.dimensions,
+        plain_slope(&last.midpoint),
+        fitted(&last.random)
+    )
 }
 
 /// Errors over evaluations in some number of dimensions.
