@@ -21,7 +21,7 @@ from .variants import THREADS, Variant
 TARGETS = (1e-2, 1e-3)
 # Beyond these a peer shows another picture, and is not compared in that scene.
 RATIO_TOLERANCE, BLOCK_TOLERANCE = 0.02, 0.04
-REFERENCE_FACTOR = 2
+REFERENCE_FACTOR = 1
 
 
 @dataclass(frozen=True)
