@@ -317,3 +317,25 @@ fn the_light_tree_finds_every_light_that_a_point_sees() {
         }
     }
 }
+
+#[test]
+fn lights_are_chosen_by_what_they_shine_not_by_their_size() {
+    // A point at the same distance from two alike lights, one a hundred times as bright.
+    for selection in [LightSelection::Power, LightSelection::Tree] {
+        let mut scene = empty();
+        scene.settings.integrator.light_selection = selection;
+        for (x, strength) in [(-1.0, 1.0), (1.0, 100.0)] {
+            let intensity = Spectrum::rgb_illuminant(ColorSpace::Srgb, [strength; 3]);
+            scene.lights.push(Light::Point { position: Point3::new(x, 0.0, 0.0), intensity, scale: 1.0 });
+        }
+        let world = World::build(scene).unwrap();
+        let context = LightContext::of_point(Point3::new(0.0, 2.0, 0.0));
+        let p = world.light_pdf(&context, 1, Vec3::new(0.0, 0.0, 1.0), None);
+        // Delta lights have no density of their own, so ask for the choice by sampling.
+        assert_eq!(p, 0.0);
+        let w = Wavelengths::rgb();
+        let s = world.sample_light(&context, 0.5, [0.5; 2], &w).expect("a light");
+        assert_eq!(s.light, 1, "{selection:?}");
+        assert!((s.pdf - 100.0 / 101.0).abs() < 1e-3, "{selection:?}: {}", s.pdf);
+    }
+}

@@ -242,8 +242,13 @@ impl Spectrum {
     pub fn photometric(&self) -> f32 {
         match &self.kind {
             Kind::RgbIlluminant { space, .. } => space.photometric(),
-            _ => cie::Y.integrate(|lambda| self.eval_at(lambda)) as f32,
+            _ => self.luminance(),
         }
+    }
+
+    /// The sum of the spectrum times y-bar over whole nanometres of 360..=830, tint and strength and all: how bright it looks.
+    pub fn luminance(&self) -> f32 {
+        cie::Y.integrate(|lambda| self.eval_at(lambda)) as f32
     }
 
     fn with_reading(kind: Kind, usage: SpectrumUse) -> Spectrum {

@@ -3,7 +3,7 @@
 
 use super::{Randomization, SampleSource, SamplerSettings, randomize_bits};
 use crate::rng::{hash_combine, mix_bits, unit_f32};
-use crate::sequence::pascal;
+use crate::sequence::{laine_karras, pascal};
 
 /// The samples of all pixels are consecutive points of one (0,2)-sequence along a Morton curve whose quadrants are
 /// shuffled per dimension: neighbouring pixels get complementary samples. Needs to know the number of samples beforehand;
@@ -17,6 +17,31 @@ pub struct ZSobolSampler {
     morton: u64,
     round_seed: u64,
     dimension: u32,
+    /// What the round's seed was made of.
+    round: [u64; 2],
+    memory: Memory,
+}
+
+/// What was last worked out for a dimension. A digit depends on the higher ones only, so the next sample of the pixel, or the pixel next
+/// to it, changes few of them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    morton: u64,
+    index: u64,
+    /// Hashes of round and dimension, for shuffling and for scrambling.
+    key: u64,
+    hash: u64,
+}
+
+/// [`Known`] of the first dimensions. It saves most of the work and changes no number.
+#[derive(Clone, Debug)]
+struct Memory {
+    filled: u64,
+    known: Box<[Known; Self::DIMENSIONS]>,
+}
+
+impl Memory {
+    const DIMENSIONS: usize = 64;
 }
 
 impl ZSobolSampler {
@@ -32,26 +57,64 @@ impl ZSobolSampler {
             morton: 0,
             round_seed: settings.seed,
             dimension: 0,
+            round: [u64::MAX; 2],
+            memory: Memory { filled: 0, known: Box::new([Known::default(); Memory::DIMENSIONS]) },
         }
     }
 
-    /// The point's place in the sequence: its Morton index with the base-4 digits permuted, each by a hash of the higher ones.
-    #[inline]
-    fn shuffled_index(&self) -> u64 {
+    /// The base-4 digits `from..to` of the Morton index, lowest first, each permuted by a hash of the higher ones.
+    #[inline(always)]
+    fn shuffled_digits(&self, from: u32, to: u32, key: u64) -> u64 {
         let odd = self.log2_spp & 1;
-        let key = hash_combine(self.round_seed, u64::from(self.dimension));
         let mut index = 0;
-        for i in (odd..self.base4_digits).rev() {
+        for i in (from..to).rev() {
             let shift = 2 * i - odd;
             let digit = (self.morton >> shift) & 3;
             let hash = mix_bits(self.morton >> (shift + 2) ^ key);
             index |= permute_base_4(digit, (hash >> 24) as u32) << shift;
         }
+        index
+    }
+
+    /// The Morton index with its lowest digits, up to number `to`, permuted; the higher ones are taken from `index`.
+    #[inline(always)]
+    fn shuffled(&self, to: u32, index: u64, key: u64) -> u64 {
+        let odd = self.log2_spp & 1;
+        let to = to.min(self.base4_digits);
+        let shift = 2 * to - odd;
+        let kept = if shift < 64 { index >> shift << shift } else { 0 };
+        let mut index = kept | self.shuffled_digits(odd, to, key);
         if odd == 1 {
             // An odd power of two leaves one binary digit at the end.
             index |= (self.morton & 1) ^ (mix_bits(self.morton >> 1 ^ key) & 1);
         }
         index
+    }
+
+    /// The point's place in the sequence, which is its Morton index with the digits permuted, and a hash of the dimension.
+    #[inline]
+    fn place(&mut self) -> (u64, u64) {
+        let d = self.dimension as usize;
+        let key = || hash_combine(self.round_seed, u64::from(self.dimension));
+        let hash = || hash_combine(!self.round_seed, u64::from(self.dimension));
+        if d >= Memory::DIMENSIONS {
+            return (self.shuffled(self.base4_digits, 0, key()), hash());
+        }
+        let mut known = self.memory.known[d];
+        if self.memory.filled >> d & 1 == 0 {
+            (known.key, known.hash) = (key(), hash());
+            known.index = self.shuffled(self.base4_digits, 0, known.key);
+            self.memory.filled |= 1 << d;
+        } else {
+            let changed = self.morton ^ known.morton;
+            if changed != 0 {
+                let digit = (63 - changed.leading_zeros() + (self.log2_spp & 1)) / 2;
+                known.index = self.shuffled(digit + 1, known.index, known.key);
+            }
+        }
+        known.morton = self.morton;
+        self.memory.known[d] = known;
+        (known.index, known.hash)
     }
 }
 
@@ -105,30 +168,44 @@ impl SampleSource for ZSobolSampler {
         } else {
             0
         };
-        self.round_seed = hash_combine(hash_combine(self.seed, round), outside | beyond << 32);
+        if self.round != [round, outside | beyond << 32] {
+            self.round = [round, outside | beyond << 32];
+            self.round_seed = hash_combine(hash_combine(self.seed, round), outside | beyond << 32);
+            self.memory.filled = 0;
+        }
         self.dimension = dimension;
     }
 
     #[inline]
     fn next_1d(&mut self) -> f32 {
-        let index = self.shuffled_index();
-        let hash = hash_combine(!self.round_seed, u64::from(self.dimension));
+        let (index, hash) = self.place();
         self.dimension = self.dimension.wrapping_add(1);
-        unit_f32(randomize_bits((index as u32).reverse_bits(), self.randomization, hash as u32))
+        let (x, seed) = (index as u32, hash as u32);
+        // As in padded Sobol': the fast scramble works on reversed bits, and two reversals cancel.
+        unit_f32(match self.randomization {
+            Randomization::FastOwen => laine_karras(x, seed).reverse_bits(),
+            other => randomize_bits(x.reverse_bits(), other, seed),
+        })
     }
 
     #[inline]
     fn next_2d(&mut self) -> [f32; 2] {
-        let index = self.shuffled_index();
-        let hash = hash_combine(!self.round_seed, u64::from(self.dimension));
+        let (index, hash) = self.place();
         self.dimension = self.dimension.wrapping_add(2);
         // Pascal's triangle of 64 columns has the triangle of 32 twice in its upper rows, hence the XOR of the halves.
-        let x = (index as u32).reverse_bits();
-        let y = pascal(index as u32 ^ (index >> 32) as u32).reverse_bits();
-        [
-            unit_f32(randomize_bits(x, self.randomization, hash as u32)),
-            unit_f32(randomize_bits(y, self.randomization, (hash >> 32) as u32)),
-        ]
+        let (x, y) = (index as u32, pascal(index as u32 ^ (index >> 32) as u32));
+        let (seed_x, seed_y) = (hash as u32, (hash >> 32) as u32);
+        match self.randomization {
+            Randomization::FastOwen => {
+                let pair = u64::from(laine_karras(x, seed_x)) << 32 | u64::from(laine_karras(y, seed_y));
+                let reversed = pair.reverse_bits();
+                [unit_f32(reversed as u32), unit_f32((reversed >> 32) as u32)]
+            }
+            other => [
+                unit_f32(randomize_bits(x.reverse_bits(), other, seed_x)),
+                unit_f32(randomize_bits(y.reverse_bits(), other, seed_y)),
+            ],
+        }
     }
 
     #[inline]
@@ -152,6 +229,31 @@ mod tests {
             seen.insert(row);
         }
         assert_eq!(seen.len(), 24);
+    }
+
+    #[test]
+    fn what_is_remembered_changes_no_number() {
+        for spp in [1, 2, 8, 16, 100] {
+            let settings = SamplerSettings { spp, resolution: [40, 24], seed: 3, ..Default::default() };
+            let mut old = ZSobolSampler::new(&settings);
+            let mut rng = crate::Rng::new(5, u64::from(spp));
+            let (mut pixel, mut sample) = ([0, 0], 0);
+            for _ in 0..2000 {
+                // Mostly the next sample, sometimes another pixel, now and then one far outside or another round.
+                match rng.below(8) {
+                    0 => pixel = [rng.below(40), rng.below(24)],
+                    1 => (pixel, sample) = ([rng.below(1 << 20), rng.below(1 << 10)], rng.below(300)),
+                    _ => sample = (sample + 1) % 130,
+                }
+                let mut new = ZSobolSampler::new(&settings);
+                let dimension = if rng.below(9) == 0 { 60 } else { 0 };
+                old.start(pixel, sample, dimension);
+                new.start(pixel, sample, dimension);
+                for _ in 0..4 {
+                    assert_eq!((old.next_1d(), old.next_2d()), (new.next_1d(), new.next_2d()));
+                }
+            }
+        }
     }
 
     #[test]

@@ -225,5 +225,5 @@ impl Far {
 
 /// A measure of strength that is positive for every spectrum that is not black.
 pub(super) fn brightness(s: &Spectrum) -> f32 {
-    s.photometric().max(1e-3 * s.max_value())
+    s.luminance().max(1e-3 * s.max_value())
 }

@@ -15,6 +15,7 @@ mod portal;
 mod projection;
 mod selection;
 mod spot;
+mod tree;
 mod uniform;
 
 pub use emitter::{Emitter, EmitterShape};

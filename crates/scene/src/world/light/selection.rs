@@ -1,7 +1,8 @@
 //! The choice of one light among many.
 
-use super::bounds::{LightBounds, LightTree};
+use super::bounds::LightBounds;
 use super::far::Far;
+use super::tree::LightTree;
 use super::{LightContext, Lights};
 use crate::LightSelection;
 use crate::world::World;

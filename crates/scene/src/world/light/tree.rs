@@ -1,0 +1,399 @@
+//! The choice of a light by what it may do at a point: a tree over the bounds of lights, eight children a node (Conty Estevez and Kulla
+//! 2018; PBRT 4th ed., 12.6.3).
+//!
+//! A binary tree is built by the surface area orientation heuristic, and nodes of eight are gathered from it: up to eight lights are
+//! told apart by one step, and the arithmetic of a step runs side by side for all children.
+
+use super::bounds::{LightBounds, Prepared};
+use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3};
+
+/// Children of a node, and as many as are worked on side by side.
+const WIDTH: usize = 8;
+const HALF: usize = 4;
+/// Deeper than this, a node of the binary tree is split in the middle, so that it cannot become a list.
+const SAH_DEPTH: u32 = 32;
+/// Bit of a child that says: a light, not a node.
+const LIGHT: u32 = 1 << 31;
+
+type Eight = [f32; WIDTH];
+
+/// The bounds of up to eight children, number by number; unused ones have no power.
+#[derive(Clone, Debug, Default)]
+struct Node {
+    centre: [Eight; 3],
+    radius2: Eight,
+    axis: [Eight; 3],
+    cos: Eight,
+    sin: Eight,
+    least: Eight,
+    mirror: Eight,
+    power: Eight,
+    child: [u32; WIDTH],
+    count: u32,
+    /// The node above and the place in it; the root is its own.
+    parent: (u32, u32),
+}
+
+impl Node {
+    fn set(&mut self, i: usize, p: &Prepared, child: u32) {
+        for axis in 0..3 {
+            self.centre[axis][i] = p.centre[axis];
+            self.axis[axis][i] = p.axis[axis];
+        }
+        self.radius2[i] = p.radius2;
+        (self.cos[i], self.sin[i], self.least[i]) = (p.cos, p.sin, p.least);
+        (self.mirror[i], self.power[i]) = (p.mirror, p.power);
+        self.child[i] = child;
+        self.count = self.count.max(i as u32 + 1);
+    }
+
+    /// An upper-bound-like estimate of each child's effect on a point; `n` is the null vector inside a medium. Zero only if no light of
+    /// the child reaches the point.
+    #[inline]
+    fn importances(&self, p: Point3, n: Normal3) -> Eight {
+        let mut out = [0.0; WIDTH];
+        out[..HALF].copy_from_slice(&self.four(0, p, n).0);
+        if self.count > HALF as u32 {
+            out[HALF..].copy_from_slice(&self.four(HALF, p, n).0);
+        }
+        out
+    }
+
+    /// The importances of four children, from `first` on.
+    #[inline(always)]
+    fn four(&self, first: usize, p: Point3, n: Normal3) -> Four {
+        let of = |v: &Eight| Four(std::array::from_fn(|i| v[first + i]));
+        let (zero, one) = (Four::of(0.0), Four::of(1.0));
+        let [x, y, z] = [0, 1, 2].map(|axis| Four::of(p[axis]) - of(&self.centre[axis]));
+        let radius2 = of(&self.radius2);
+        let d2 = x * x + y * y + z * z;
+        let inverse = one / d2.max(Four::of(1e-30)).sqrt();
+        // Inside the sphere around the bounds, light may come from anywhere.
+        let sin2 = radius2 * (inverse * inverse);
+        let sin_b = d2.where_above(radius2, sin2.sqrt(), zero);
+        let cos_b = d2.where_above(radius2, (one - sin2).max(zero).sqrt(), Four::of(-1.0));
+        // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
+        let cos = (of(&self.axis[0]) * x + of(&self.axis[1]) * y + of(&self.axis[2]) * z) * inverse;
+        let cos = cos.max(cos * of(&self.mirror));
+        let sin = (one - cos * cos).max(zero).sqrt();
+        let (cone_cos, cone_sin) = (of(&self.cos), of(&self.sin));
+        let cos_x = cos.where_above(cone_cos, one, cos * cone_cos + sin * cone_sin);
+        let sin_x = cos.where_above(cone_cos, zero, sin * cone_cos - cos * cone_sin);
+        let cos_p = cos_x.where_above(cos_b, one, cos_x * cos_b + sin_x * sin_b);
+        let mut importance = of(&self.power) * cos_p.max(Four::of(1e-4)) / d2.max(radius2).max(Four::of(1e-20));
+        // The same at the surface that is lit.
+        if n != Normal3::default() {
+            let cos_i = ((Four::of(n.x) * x + Four::of(n.y) * y + Four::of(n.z) * z) * inverse).abs();
+            let sin_i = (one - cos_i * cos_i).max(zero).sqrt();
+            let lit = cos_i.where_above(cos_b, one, cos_i * cos_b + sin_i * sin_b);
+            importance = importance * lit.max(Four::of(1e-4));
+        }
+        cos_p.where_above(of(&self.least), importance, zero)
+    }
+}
+
+/// Four numbers side by side, in plain arithmetic that compilers turn into vectors.
+#[derive(Clone, Copy)]
+#[repr(align(16))]
+struct Four([f32; HALF]);
+
+impl Four {
+    #[inline(always)]
+    fn of(x: f32) -> Self {
+        Self([x; HALF])
+    }
+
+    #[inline(always)]
+    fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([f(a), f(b), f(c), f(d)])
+    }
+
+    #[inline(always)]
+    fn with(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let ([a, b, c, d], [e, g, h, i]) = (self.0, o.0);
+        Self([f(a, e), f(b, g), f(c, h), f(d, i)])
+    }
+
+    /// The larger ones; one instruction, unlike `f32::max`.
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        self.with(o, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f32::abs)
+    }
+
+    /// `yes` where this is greater than `limit`, else `no`.
+    #[inline(always)]
+    fn where_above(self, limit: Self, yes: Self, no: Self) -> Self {
+        Self(std::array::from_fn(|i| if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] }))
+    }
+}
+
+macro_rules! lane_by_lane {
+    ($($operator:ident $method:ident $symbol:tt),*) => {$(
+        impl std::ops::$operator for Four {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, o: Self) -> Self {
+                self.with(o, |a, b| a $symbol b)
+            }
+        }
+    )*};
+}
+lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+/// The sum in a fixed order that vectors can follow.
+#[inline(always)]
+fn sum(v: &Eight) -> f32 {
+    let half: [f32; 4] = std::array::from_fn(|i| v[i] + v[i + 4]);
+    (half[0] + half[2]) + (half[1] + half[3])
+}
+
+/// The tree over the bounds of lights.
+#[derive(Clone, Debug, Default)]
+pub struct LightTree {
+    nodes: Vec<Node>,
+    /// For each light id: its node and its place in it, if it is in the tree.
+    places: Vec<Option<(u32, u32)>>,
+}
+
+impl LightTree {
+    /// Builds the tree over `(light id, bounds)` pairs; `lights` is the number of ids. Lights without power are left out.
+    pub fn build(mut items: Vec<(u32, LightBounds)>, lights: usize) -> Self {
+        items.retain(|(_, b)| b.power > 0.0);
+        let mut tree = Self { nodes: Vec::new(), places: vec![None; lights] };
+        if !items.is_empty() {
+            let mut binary = Vec::with_capacity(2 * items.len());
+            split(&mut items, 0, &mut binary);
+            tree.gather(&binary);
+        }
+        tree
+    }
+
+    /// Makes nodes of eight out of the binary tree.
+    fn gather(&mut self, binary: &[Binary]) {
+        self.nodes.push(Node::default());
+        let mut pending = vec![(0, 0)];
+        while let Some((at, root)) = pending.pop() {
+            let mut children = vec![root];
+            while children.len() < WIDTH {
+                // Open what has most power: that is where telling lights apart pays.
+                let inner = (0..children.len()).filter(|&i| binary[children[i]].light.is_none());
+                let power = |i: usize| binary[children[i]].bounds.power;
+                let Some(open) = inner.reduce(|a, b| if power(b) > power(a) { b } else { a }) else { break };
+                let first = children[open] + 1;
+                children.push(binary[children[open]].second);
+                children[open] = first;
+            }
+            for (i, &child) in children.iter().enumerate() {
+                let b = &binary[child];
+                let reference = match b.light {
+                    Some(light) => {
+                        self.places[light as usize] = Some((at, i as u32));
+                        LIGHT | light
+                    }
+                    None => {
+                        let node = self.nodes.len() as u32;
+                        self.nodes.push(Node { parent: (at, i as u32), ..Node::default() });
+                        pending.push((node, child));
+                        node
+                    }
+                };
+                self.nodes[at as usize].set(i, &b.bounds.prepared(), reference);
+            }
+        }
+    }
+
+    /// Whether there is any light in the tree.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Picks a light for a point by one random number: its id and the probability of the choice.
+    #[inline]
+    pub fn sample(&self, p: Point3, n: Normal3, mut u: f32) -> Option<(u32, f32)> {
+        let mut node = self.nodes.first()?;
+        let mut probability = 1.0;
+        loop {
+            let importances = node.importances(p, n);
+            let total = sum(&importances);
+            if total <= 0.0 {
+                return None;
+            }
+            let mut left = u * total;
+            let mut chosen = 0;
+            for (i, &importance) in importances.iter().enumerate() {
+                if importance > 0.0 {
+                    chosen = i;
+                    if left < importance {
+                        break;
+                    }
+                    left -= importance;
+                }
+            }
+            let importance = importances[chosen];
+            probability *= importance / total;
+            let child = node.child[chosen];
+            if child & LIGHT != 0 {
+                return Some((child & !LIGHT, probability));
+            }
+            // Rounding may leave more than there is.
+            u = (left / importance).clamp(0.0, ONE_MINUS_EPSILON);
+            node = &self.nodes[child as usize];
+        }
+    }
+
+    /// The probability with which `sample` picks the light.
+    #[inline]
+    pub fn probability(&self, p: Point3, n: Normal3, light: u32) -> f32 {
+        let Some((mut at, mut place)) = self.places[light as usize] else { return 0.0 };
+        let mut probability = 1.0;
+        loop {
+            let node = &self.nodes[at as usize];
+            let importances = node.importances(p, n);
+            let total = sum(&importances);
+            if total <= 0.0 {
+                return 0.0;
+            }
+            probability *= importances[place as usize] / total;
+            if at == 0 {
+                return probability;
+            }
+            (at, place) = node.parent;
+        }
+    }
+}
+
+/// A node of the binary tree; the first child follows it.
+struct Binary {
+    bounds: LightBounds,
+    second: usize,
+    light: Option<u32>,
+}
+
+/// Builds the binary tree over `items` at the end of `out`.
+fn split(items: &mut [(u32, LightBounds)], depth: u32, out: &mut Vec<Binary>) -> LightBounds {
+    let at = out.len();
+    if let [(id, bounds)] = items {
+        out.push(Binary { bounds: *bounds, second: 0, light: Some(*id) });
+        return *bounds;
+    }
+    let middle = partition(items, depth);
+    out.push(Binary { bounds: items[0].1, second: 0, light: None });
+    let (left, right) = items.split_at_mut(middle);
+    let a = split(left, depth + 1, out);
+    let second = out.len();
+    let b = split(right, depth + 1, out);
+    out[at] = Binary { bounds: a.union(b), second, light: None };
+    out[at].bounds
+}
+
+/// Splits by the surface area orientation heuristic over 12 buckets an axis; in the middle where that says nothing.
+fn partition(items: &mut [(u32, LightBounds)], depth: u32) -> usize {
+    const BUCKETS: usize = 12;
+    let all = items.iter().fold(Bounds3::EMPTY, |b, (_, l)| b.union(l.bounds));
+    let centres = items.iter().fold(Bounds3::EMPTY, |b, (_, l)| b.union_point(l.bounds.centroid()));
+    let mut best: Option<(f32, usize, usize)> = None;
+    let bucket = |l: &LightBounds, axis: usize| {
+        ((centres.offset(l.bounds.centroid())[axis] * BUCKETS as f32) as usize).min(BUCKETS - 1)
+    };
+    if depth < SAH_DEPTH {
+        for axis in 0..3 {
+            if centres.max[axis] <= centres.min[axis] {
+                continue;
+            }
+            let mut buckets: [Option<LightBounds>; BUCKETS] = [None; BUCKETS];
+            for (_, l) in items.iter() {
+                let b = &mut buckets[bucket(l, axis)];
+                *b = Some(b.map_or(*l, |b| b.union(*l)));
+            }
+            let join = |s: &[Option<LightBounds>]| s.iter().flatten().copied().reduce(LightBounds::union);
+            for cut in 1..BUCKETS {
+                if let (Some(a), Some(b)) = (join(&buckets[..cut]), join(&buckets[cut..])) {
+                    let cost = a.cost(all.diagonal(), axis) + b.cost(all.diagonal(), axis);
+                    if best.is_none_or(|(c, ..)| cost < c) {
+                        best = Some((cost, axis, cut));
+                    }
+                }
+            }
+        }
+    }
+    match best {
+        Some((_, axis, cut)) => {
+            items.sort_by_key(|(_, l)| bucket(l, axis) >= cut);
+            items.iter().filter(|(_, l)| bucket(l, axis) < cut).count()
+        }
+        None => {
+            let axis = centres.max_extent();
+            items.sort_by(|a, b| a.1.bounds.centroid()[axis].total_cmp(&b.1.bounds.centroid()[axis]));
+            items.len() / 2
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use steradian_math::Vec3;
+    use steradian_sampling::Rng;
+
+    fn lights(n: usize, seed: u64) -> Vec<(u32, LightBounds)> {
+        let mut r = Rng::new(seed, 0);
+        (0..n)
+            .map(|i| {
+                let p = Point3::new(r.f32(), r.f32(), r.f32());
+                let q = p + Vec3::new(r.f32(), r.f32(), r.f32()) * 0.1;
+                let axis = Vec3::new(r.f32() - 0.5, r.f32() - 0.5, r.f32() - 0.5).normalize();
+                (i as u32, LightBounds::new(Bounds3::new(p, q), axis, 1.0, 0.0, 0.1 + r.f32(), i % 3 == 0))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn probabilities_agree_with_sampling_and_add_up() {
+        for n in [1usize, 2, 3, 17, 100] {
+            let tree = LightTree::build(lights(n, 7), n);
+            let mut r = Rng::new(3, 1);
+            for _ in 0..200 {
+                let p = Point3::new(r.f32() * 2.0, r.f32(), r.f32());
+                let normal = if r.f32() < 0.5 { Normal3::new(0.0, 0.0, 1.0) } else { Normal3::default() };
+                let total: f32 = (0..n as u32).map(|i| tree.probability(p, normal, i)).sum();
+                match tree.sample(p, normal, r.f32()) {
+                    Some((id, pmf)) => {
+                        assert!((pmf - tree.probability(p, normal, id)).abs() <= 1e-6 * pmf);
+                        // Dead ends (all children without importance) may lose a little; never gain.
+                        assert!(total < 1.0 + 1e-4, "{total}");
+                    }
+                    None => assert!(total < 1.0 - 1e-6 || n == 1),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn coincident_lights_do_not_recurse_for_ever() {
+        let p = Point3::new(1.0, 2.0, 3.0);
+        let n = 5000;
+        let tree = LightTree::build((0..n).map(|i| (i, LightBounds::point(p, 1.0))).collect(), n as usize);
+        let q = Point3::new(0.0, 0.0, 0.0);
+        assert!((tree.probability(q, Normal3::default(), 77) * n as f32 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_point_behind_a_one_sided_light_gets_nothing() {
+        let b = Bounds3::new(Point3::new(-1.0, -1.0, 0.0), Point3::new(1.0, 1.0, 0.0));
+        let l = LightBounds::new(b, Vec3::new(0.0, 0.0, 1.0), 1.0, 0.0, 1.0, false);
+        let tree = LightTree::build(vec![(0, l)], 1);
+        let chosen = |z: f32| tree.sample(Point3::new(0.0, 0.0, z), Normal3::default(), 0.5).is_some();
+        assert!(!chosen(-50.0) && chosen(50.0) && chosen(-0.5));
+    }
+}
