@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import estimators as e
 from .files import read_pfm
 from .measure import Cost, Failed, run
@@ -70,12 +72,14 @@ class Session:
                     except Failed as failed:
                         broken[variant.key] = str(failed)
                         self._say(f"{name}: {variant.label} failed: {failed}")
-        reference = self._reference(folder, facts, (width, height))
+        halves = self._reference(folder, facts, (width, height))
+        scales = {color: self._scale(color, pictures) for color in halves}
         for variant in self.plan.variants:
             if variant.key in broken:
                 self.record["figures"].setdefault(name, {})[variant.key] = {"failed": broken[variant.key]}
             else:
-                self.record["figures"].setdefault(name, {})[variant.key] = self._figures(variant, name, facts, pictures[variant.key], reference)
+                self.record["figures"].setdefault(name, {})[variant.key] = self._figures(
+                    variant, name, facts, pictures[variant.key], halves[_color(variant, halves)], scales[_color(variant, halves)])
 
     def starts(self, name: str) -> None:
         """From nothing to the first small picture: one sample per pixel, wall time, everything loaded. Warm files; Mitsuba with and
@@ -121,7 +125,8 @@ class Session:
         return folder
 
     def _render(self, variant: Variant, name: str, folder: Path, spp: int, seed: int, size: tuple[int, int]) -> Floats:
-        out = self.plan.work / "picture.pfm"
+        out = folder / "pictures" / f"{variant.key}-{spp}-{seed}.pfm"
+        out.parent.mkdir(exist_ok=True)
         out.unlink(missing_ok=True)
         command = variant.command(folder, spp, seed, size, out)
         cost = run(command)
@@ -144,10 +149,14 @@ class Session:
                 references[variant.color] = (read_pfm(halves[0]), read_pfm(halves[1]))
         return references
 
+    def _scale(self, color: str, pictures: dict[str, dict[int, list[Floats]]]) -> Floats:
+        """What errors are relative to: the median over the competitors of their best pictures. None of them can bend it, and a pixel that
+        one of them has missed so far, or a spark, does not count."""
+        best = [np.mean(pictures[v.key][max(pictures[v.key])], axis=0) for v in self.plan.variants if v.color == color and pictures[v.key]]
+        return np.median(best, axis=0).astype(np.float32)
+
     def _figures(self, variant: Variant, name: str, facts: dict[str, Any], pictures: dict[int, list[Floats]],
-                 references: dict[str, tuple[Floats, Floats]]) -> dict[str, Any]:
-        halves = references.get(variant.color, references["rgb"])
-        reference = 0.5 * (halves[0] + halves[1])
+                 halves: tuple[Floats, Floats], reference: Floats) -> dict[str, Any]:
         counts = sorted(pictures)
         error = [e.relative_mse(pictures[spp], reference) for spp in counts]
         costs = {spp: [Cost(r["cpu"], r["wall"], r["peak_mb"]) for r in self.record["runs"]
@@ -180,3 +189,7 @@ class Session:
     def _say(self, text: str) -> None:
         minutes, seconds = divmod(int(time.monotonic() - self.began), 60)
         print(f"{minutes:3}:{seconds:02}  {text}", flush=True)
+
+
+def _color(variant: Variant, known: dict[str, Any]) -> str:
+    return variant.color if variant.color in known else "rgb"

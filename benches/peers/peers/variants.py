@@ -61,8 +61,8 @@ VARIANTS = [
     Variant("mitsuba-llvm", "mitsuba", "Mitsuba llvm_ad_rgb, independent (default)", "rgb", "llvm_ad_rgb", "independent"),
     Variant("mitsuba-llvm-best", "mitsuba", "Mitsuba llvm_ad_rgb, multijitter", "rgb", "llvm_ad_rgb", "multijitter"),
     Variant("mitsuba-spectral", "mitsuba", "Mitsuba llvm_ad_spectral, multijitter", "spectral", "llvm_ad_spectral", "multijitter"),
-    Variant("cycles", "cycles", "Cycles, automatic (default)", "rgb", "rgb", "AUTOMATIC"),
-    Variant("cycles-best", "cycles", "Cycles, tabulated Sobol'", "rgb", "rgb", "TABULATED_SOBOL"),
+    Variant("cycles", "cycles", "Cycles, automatic (default)", "rgb", "rgb", "AUTOMATIC", 2),
+    Variant("cycles-best", "cycles", "Cycles, tabulated Sobol'", "rgb", "rgb", "TABULATED_SOBOL", 2),
     Variant("pbrt", "pbrt", "pbrt-v4, zsobol (default)", "spectral", "spectral", ""),
 ]
 
