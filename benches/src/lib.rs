@@ -50,3 +50,39 @@ pub fn incoherent_rays(count: usize) -> Vec<Ray> {
         })
         .collect()
 }
+
+/// The Cornell box (Goral et al. 1984), with the proportions of its measured successor.
+pub const CORNELL: &str = r#"
+Integrator "path" "integer maxdepth" 8
+PixelFilter "box"
+Film "rgb" "integer xresolution" 128 "integer yresolution" 128
+Sampler "paddedsobol"
+LookAt 0 1 -6.8   0 1 0   0 1 0
+Camera "perspective" "float fov" 19.5
+WorldBegin
+Material "diffuse" "rgb reflectance" [0.725 0.71 0.68]
+Shape "trianglemesh" "point3 P" [-1 0 -1  1 0 -1  1 0 1  -1 0 1] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [-1 2 -1  1 2 -1  1 2 1  -1 2 1] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [-1 0 1  1 0 1  1 2 1  -1 2 1] "integer indices" [0 1 2 0 2 3]
+AttributeBegin
+  Translate 0.35 0.3 -0.35
+  Rotate -17 0 1 0
+  Scale 0.3 0.3 0.3
+  Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]
+    "integer indices" [0 1 2 0 2 3  4 6 5 4 7 6  0 4 1 1 4 5  3 2 7 2 6 7  0 3 4 3 7 4  1 5 2 2 5 6]
+AttributeEnd
+AttributeBegin
+  Translate -0.35 0.6 0.3
+  Rotate 17 0 1 0
+  Scale 0.3 0.6 0.3
+  Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 -1 1  1 -1 1  1 1 1  -1 1 1]
+    "integer indices" [0 1 2 0 2 3  4 6 5 4 7 6  0 4 1 1 4 5  3 2 7 2 6 7  0 3 4 3 7 4  1 5 2 2 5 6]
+AttributeEnd
+Material "diffuse" "rgb reflectance" [0.63 0.065 0.05]
+Shape "trianglemesh" "point3 P" [-1 0 -1  -1 0 1  -1 2 1  -1 2 -1] "integer indices" [0 1 2 0 2 3]
+Material "diffuse" "rgb reflectance" [0.14 0.45 0.091]
+Shape "trianglemesh" "point3 P" [1 0 -1  1 2 -1  1 2 1  1 0 1] "integer indices" [0 1 2 0 2 3]
+Material "diffuse" "rgb reflectance" [0 0 0]
+AreaLightSource "diffuse" "rgb L" [17 12 4]
+Shape "trianglemesh" "point3 P" [-0.24 1.98 -0.22  0.23 1.98 -0.22  0.23 1.98 0.16  -0.24 1.98 0.16] "integer indices" [0 1 2 0 2 3]
+"#;

@@ -7,7 +7,8 @@
 
 use steradian_math::{Point2, Vec2, exp, log2};
 
-use crate::{Chromaticities, Encoding, Error, Storage, Texels, resample::Floats};
+use crate::texels::SampleKind;
+use crate::{Chromaticities, Encoding, Error, Scratch, Storage, Texels, resample::Floats};
 
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -164,9 +165,23 @@ impl Pyramid {
         self.levels[0].channels()
     }
 
-    /// Bytes of sample memory of all levels.
+    /// Bytes of samples of all levels, wherever they are.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(Texels::bytes).sum()
+    }
+
+    /// Bytes of memory that they take; none in a scratch file.
+    pub fn memory(&self) -> usize {
+        self.levels.iter().map(Texels::memory).sum()
+    }
+
+    /// The same with its large levels in a scratch file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn into_scratch(self, scratch: &Scratch) -> std::io::Result<Pyramid> {
+        let levels = self.levels.into_iter().map(|l| l.into_scratch(scratch)).collect::<Result<_, _>>()?;
+        Ok(Pyramid { levels, ..self })
     }
 
     /// One number at `st`: the only channel, the mean of R, G, B, or alpha where there is alpha. `dst0` and `dst1` are the
@@ -353,8 +368,8 @@ impl Pyramid {
 
 /// Texels of the precision and meaning of `original` with other values.
 fn like(original: &Texels, floats: &Floats) -> Result<Texels, Error> {
-    let storage = match original.storage() {
-        Storage::U8(_) => {
+    let storage = match original.kind() {
+        SampleKind::U8 => {
             let encoding: Encoding = original.encoding();
             let alpha = original.alpha_channel().unwrap_or(usize::MAX);
             let codes = floats.samples.iter().enumerate().map(|(i, &v)| {
@@ -362,8 +377,8 @@ fn like(original: &Texels, floats: &Floats) -> Result<Texels, Error> {
             });
             Storage::U8(codes.collect())
         }
-        Storage::F16(_) => Storage::F16(floats.samples.iter().map(|&v| half::f16::from_f32(v)).collect()),
-        Storage::F32(_) => Storage::F32(floats.samples.clone()),
+        SampleKind::F16 => Storage::F16(floats.samples.iter().map(|&v| half::f16::from_f32(v)).collect()),
+        SampleKind::F32 => Storage::F32(floats.samples.clone()),
     };
     Texels::new(floats.width, floats.height, floats.channels, storage, original.encoding())
 }

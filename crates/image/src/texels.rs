@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use half::f16;
 
+use crate::scratch::{LEAST, MappedBytes, Scratch};
 use crate::{Chromaticities, Encoding, Error, Image};
 
 /// Interleaved samples.
@@ -15,6 +16,30 @@ pub enum Storage {
     F16(Vec<f16>),
     /// 32-bit floats, linear.
     F32(Vec<f32>),
+    /// Any of these in a scratch file, little endian.
+    Mapped(SampleKind, MappedBytes),
+}
+
+/// How a sample is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// An 8-bit code.
+    U8,
+    /// A 16-bit float.
+    F16,
+    /// A 32-bit float.
+    F32,
+}
+
+impl SampleKind {
+    /// Bytes of a sample.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::F16 => 2,
+            Self::F32 => 4,
+        }
+    }
 }
 
 /// One to four interleaved channels (Y; Y, A; R, G, B; or R, G, B, A), row 0 at the top.
@@ -46,6 +71,7 @@ impl Texels {
             Storage::U8(s) => s.len(),
             Storage::F16(s) => s.len(),
             Storage::F32(s) => s.len(),
+            Storage::Mapped(kind, s) => s.len() / kind.bytes(),
         };
         let want = width.checked_mul(height).and_then(|n| n.checked_mul(channels));
         if !(1..=4).contains(&channels) || len == 0 || want != Some(len) {
@@ -111,13 +137,42 @@ impl Texels {
         &self.storage
     }
 
-    /// Bytes of sample memory.
-    pub fn bytes(&self) -> usize {
+    /// How samples are kept.
+    pub fn kind(&self) -> SampleKind {
         match &self.storage {
-            Storage::U8(s) => s.len(),
-            Storage::F16(s) => 2 * s.len(),
-            Storage::F32(s) => 4 * s.len(),
+            Storage::U8(_) => SampleKind::U8,
+            Storage::F16(_) => SampleKind::F16,
+            Storage::F32(_) => SampleKind::F32,
+            Storage::Mapped(kind, _) => *kind,
         }
+    }
+
+    /// Bytes of samples, wherever they are.
+    pub fn bytes(&self) -> usize {
+        self.width * self.height * self.channels * self.kind().bytes()
+    }
+
+    /// Bytes of memory that samples take; none in a scratch file.
+    pub fn memory(&self) -> usize {
+        if matches!(self.storage, Storage::Mapped(..)) { 0 } else { self.bytes() }
+    }
+
+    /// The same texels in a scratch file; small ones stay where they are.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn into_scratch(self, scratch: &Scratch) -> std::io::Result<Texels> {
+        if self.bytes() < LEAST {
+            return Ok(self);
+        }
+        let kind = self.kind();
+        let stored = match &self.storage {
+            Storage::U8(s) => scratch.store(s)?,
+            Storage::F16(s) => scratch.store(&s.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?,
+            Storage::F32(s) => scratch.store(&s.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())?,
+            Storage::Mapped(..) => return Ok(self),
+        };
+        Ok(Texels { storage: Storage::Mapped(kind, stored), ..self })
     }
 
     /// Which channel is alpha, if one is.
@@ -131,12 +186,23 @@ impl Texels {
     #[inline]
     pub fn value(&self, first: usize, c: usize) -> f32 {
         match &self.storage {
-            Storage::U8(s) => {
-                let code = s[first + c];
-                if self.alpha_channel() == Some(c) { f32::from(code) / 255.0 } else { self.table[usize::from(code)] }
-            }
+            Storage::U8(s) => self.decoded(s[first + c], c),
             Storage::F16(s) => s[first + c].to_f32(),
             Storage::F32(s) => s[first + c],
+            Storage::Mapped(kind, s) => self.mapped(*kind, s, first + c, c),
+        }
+    }
+
+    #[inline]
+    fn decoded(&self, code: u8, c: usize) -> f32 {
+        if self.alpha_channel() == Some(c) { f32::from(code) / 255.0 } else { self.table[usize::from(code)] }
+    }
+
+    fn mapped(&self, kind: SampleKind, s: &[u8], i: usize, c: usize) -> f32 {
+        match kind {
+            SampleKind::U8 => self.decoded(s[i], c),
+            SampleKind::F16 => f16::from_le_bytes([s[2 * i], s[2 * i + 1]]).to_f32(),
+            SampleKind::F32 => f32::from_le_bytes([s[4 * i], s[4 * i + 1], s[4 * i + 2], s[4 * i + 3]]),
         }
     }
 
@@ -165,6 +231,15 @@ impl Texels {
             Storage::U8(s) => Storage::U8(keep(s, from, channels)),
             Storage::F16(s) => Storage::F16(keep(s, from, channels)),
             Storage::F32(s) => Storage::F32(keep(s, from, channels)),
+            Storage::Mapped(SampleKind::U8, s) => Storage::U8(keep(s, from, channels)),
+            Storage::Mapped(SampleKind::F16, s) => {
+                let all: Vec<f16> = s.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]])).collect();
+                Storage::F16(keep(&all, from, channels))
+            }
+            Storage::Mapped(SampleKind::F32, s) => {
+                let all: Vec<f32> = s.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+                Storage::F32(keep(&all, from, channels))
+            }
         };
         Texels { channels, storage, ..self }
     }
@@ -177,8 +252,7 @@ impl Texels {
             3 => &["R", "G", "B"],
             _ => &["R", "G", "B", "A"],
         };
-        let precision =
-            if matches!(self.storage, Storage::F16(_)) { crate::Precision::Half } else { crate::Precision::Float };
+        let precision = if self.kind() == SampleKind::F16 { crate::Precision::Half } else { crate::Precision::Float };
         let mut image = Image::new(self.width, self.height);
         let n = self.width * self.height;
         for (c, name) in names.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use steradian_image::{Error, Format, Image, Limits, WriteOptions, encode, read, read_limited, read_texels};
+use steradian_image::{Attribute, Error, Format, Image, Limits, WriteOptions, encode, read, read_limited, read_texels};
 
 const FORMATS: [(Format, &str); 5] = [
     (Format::Exr, "a.exr"),
@@ -64,6 +64,50 @@ fn no_flipped_byte_panics() {
             }
         }
     }
+}
+
+/// Whatever a file says about itself, and however: read and written again, or an error. FUZZ_ROUNDS asks for more.
+#[test]
+fn descriptions_that_lie_are_survived() {
+    let mut image = Image::from_rgb(6, 5, &[[0.5; 3]; 30]).unwrap();
+    image.metadata.origin = [3, 4];
+    let text = "--spp 4 --size 6x5 --crop 0,1,0,1";
+    for (name, value) in [
+        ("steradian.options", Attribute::Text(text.into())),
+        ("steradian.nominalSpp", Attribute::Int(7)),
+        ("steradian.errorBound", Attribute::Float(0.25)),
+        ("worldToCamera", Attribute::M44f([0.5; 16])),
+        ("names", Attribute::TextList(vec!["a".into(), "bc".into()])),
+    ] {
+        image.metadata.set(name, value);
+    }
+    let file = encode(&image, Format::Exr, "a", &WriteOptions::default()).unwrap();
+    let header = file.windows(text.len()).position(|w| w == text.as_bytes()).unwrap() + 300;
+    let rounds = std::env::var("FUZZ_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(6_000u64);
+    let mut state = 7u64;
+    let mut next = |n: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % n
+    };
+    let (mut read_again, mut refused) = (0, 0);
+    for _ in 0..rounds {
+        let mut damaged = file.clone();
+        for _ in 0..=next(3) {
+            let at = next(header.min(damaged.len()));
+            damaged[at] = [0, 1, 0x7f, 0x80, 0xff, next(256) as u8][next(6)];
+        }
+        match read(&damaged, "a.exr") {
+            Ok(image) => {
+                read_again += 1;
+                // What cannot be written, such as an empty name, is an error.
+                if let Ok(again) = encode(&image, Format::Exr, "a", &WriteOptions::default()) {
+                    read(&again, "a.exr").unwrap();
+                }
+            }
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(read_again > 0 && refused > 0, "{read_again}, {refused}");
 }
 
 #[test]

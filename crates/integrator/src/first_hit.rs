@@ -17,6 +17,8 @@ pub struct FirstHit {
     pub shading: Normal3,
     /// Surface coordinates.
     pub uv: Vec2,
+    /// How far it moves over the picture while the shutter is open, in pixels; y down.
+    pub motion: Vec2,
     /// The share of light that the surface reflects or lets through, towards the camera.
     pub albedo: Lanes,
     /// Which material; a mix's own, not that of the member which was picked.
@@ -62,6 +64,7 @@ fn found(
         geometric,
         shading: if shading.dot(-ray.ray.d) < 0.0 { -shading } else { shading },
         uv: Vec2::new(surface.uv.x, surface.uv.y),
+        motion: world.raster_motion(surface),
         albedo,
         material: world.material(surface),
         object: (surface.instance, surface.primitive),

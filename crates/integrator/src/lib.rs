@@ -84,6 +84,11 @@ impl Integrator {
         }
     }
 
+    /// Whether contributions of light are told one by one, so that they can be sorted.
+    pub fn tells_light(&self) -> bool {
+        matches!(self, Self::Path(_) | Self::VolPath(_) | Self::SimpleVolPath(_) | Self::SwitchedPath(_))
+    }
+
     /// Where in its pixel sample `index` lies, given a random point of it.
     #[inline]
     pub fn pixel_position(&self, index: u32, u: [f32; 2]) -> [f32; 2] {
@@ -113,6 +118,9 @@ impl Integrator {
         let ray = world.camera_ray(&CameraSample { film, lens, time });
         if ray.weight == 0.0 {
             return Lanes::ZERO;
+        }
+        if R::LIGHT && ray.weight != 1.0 {
+            record.weight(ray.weight);
         }
         self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight
     }

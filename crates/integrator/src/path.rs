@@ -9,7 +9,7 @@ use crate::subsurface;
 use steradian_bsdf::{Bsdf, Lobe, Lobes, TransportMode};
 use steradian_math::{Frame, Ray, Vec3};
 use steradian_sampling::mis::power_weight;
-use steradian_scene::{CameraRay, LightContext, Shading, Surface, World};
+use steradian_scene::{CameraRay, LightContext, Shading, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Path tracing up to a number of bounces.
@@ -71,7 +71,7 @@ impl Path {
                     let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
                     let value = beta * emitted * weight;
                     radiance += value;
-                    if R::DETAILED {
+                    if R::LIGHT {
                         record.contribution(Contribution {
                             depth,
                             technique: Technique::Hit,
@@ -184,7 +184,8 @@ impl Path {
 
             // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
             let u_roulette = numbers.one(Domain::Other);
-            let survival = if depth > 1 { (beta * eta_scale).max_component().min(1.0) } else { 1.0 };
+            let left = (beta * eta_scale).max_component() / Techniques::ROULETTE;
+            let survival = if depth > 1 { left.min(1.0) } else { 1.0 };
             if R::DETAILED {
                 record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival });
             }
@@ -219,7 +220,7 @@ impl Path {
             let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
             let value = beta * emitted * weight;
             *radiance += value;
-            if R::DETAILED {
+            if R::LIGHT {
                 record.contribution(Contribution {
                     depth,
                     technique: Technique::Hit,
@@ -275,7 +276,7 @@ fn add_light<N: Numbers, R: Record>(
     if !occluded {
         *radiance += value;
     }
-    if R::DETAILED {
+    if R::LIGHT {
         record.contribution(Contribution {
             depth,
             technique: Technique::LightSampling,

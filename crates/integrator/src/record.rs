@@ -67,6 +67,14 @@ pub struct Contribution {
     pub occluded: bool,
 }
 
+impl Contribution {
+    /// Light that was run into, and that nobody looks for in any other way.
+    pub(crate) fn only_way(depth: u32, light: Option<u32>, direction: Vec3, end: Option<Point3>, value: Lanes) -> Self {
+        let technique = Technique::Hit;
+        Self { depth, technique, light, direction, end, pdf: 0.0, other_pdf: 0.0, weight: 1.0, value, occluded: false }
+    }
+}
+
 /// One sampled continuation of the path.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounce {
@@ -88,6 +96,8 @@ pub struct Bounce {
 pub trait Record {
     /// Whether vertices and contributions are wanted at all: lets callers skip preparing them.
     const DETAILED: bool = false;
+    /// Whether contributions alone are wanted: they are cheap to tell.
+    const LIGHT: bool = Self::DETAILED;
     /// Whether intersection tests are to be counted.
     const TESTS: bool = false;
     /// A ray is about to be traced.
@@ -99,6 +109,10 @@ pub trait Record {
     /// Light was found.
     #[inline]
     fn contribution(&mut self, _c: Contribution) {}
+    /// Everything that this sample finds counts so much in its pixel: what a lens lets through. Told before the first contribution,
+    /// unless it is one.
+    #[inline]
+    fn weight(&mut self, _weight: f32) {}
     /// The path goes on.
     #[inline]
     fn bounce(&mut self, _b: Bounce) {}

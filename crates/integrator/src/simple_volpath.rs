@@ -5,7 +5,7 @@
 
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
-use crate::record::{self, RayKind, Record};
+use crate::record::{self, Contribution, RayKind, Record};
 use steradian_bsdf::{Lobe, TransportMode};
 use steradian_math::Ray;
 use steradian_sampling::rng::{Rng, hash_floats};
@@ -54,7 +54,11 @@ impl SimpleVolPath {
                     let (absorb, scatter) = (c.point.sigma_a[hero], c.point.sigma_s[hero]);
                     let choice = rng.f32() * c.majorant[hero];
                     if choice < absorb {
-                        radiance += beta * c.point.emission[hero];
+                        let value = beta * c.point.emission[hero];
+                        radiance += value;
+                        if R::LIGHT {
+                            record.contribution(Contribution::only_way(depth, None, d, Some(c.p), only * value));
+                        }
                         break 'path;
                     }
                     if choice < absorb + scatter {
@@ -71,13 +75,22 @@ impl SimpleVolPath {
             }
             let Some(hit) = hit else {
                 for &light in world.infinite_lights() {
-                    radiance += beta * world.environment(light, &ray, wavelengths)[hero];
+                    let value = beta * world.environment(light, &ray, wavelengths)[hero];
+                    radiance += value;
+                    if R::LIGHT {
+                        record.contribution(Contribution::only_way(depth, Some(light), ray.d, None, only * value));
+                    }
                 }
                 break;
             };
             let mut surface = world.surface(&ray, &hit);
             if surface.is_emitter() {
-                radiance += beta * world.emitted(&surface, wavelengths)[hero];
+                let value = beta * world.emitted(&surface, wavelengths)[hero];
+                radiance += value;
+                if R::LIGHT {
+                    let (light, p) = (surface.light, Some(surface.p));
+                    record.contribution(Contribution::only_way(depth, light, ray.d, p, only * value));
+                }
             }
             let Some(Shading { frame, bsdf }) = world.shading(&mut surface, &ray, None, wavelengths) else {
                 medium = world.medium_beyond(&surface, ray.d, medium);

@@ -182,7 +182,7 @@ impl SwitchedPath {
         };
         let value = walk.beta * emitted * weight;
         *radiance += value;
-        if R::DETAILED {
+        if R::LIGHT {
             record.contribution(Contribution {
                 depth: walk.depth,
                 technique: Technique::Hit,
@@ -233,7 +233,7 @@ impl SwitchedPath {
         if !occluded {
             *radiance += value;
         }
-        if R::DETAILED {
+        if R::LIGHT {
             record.contribution(Contribution {
                 depth: walk.depth,
                 technique: Technique::LightSampling,

@@ -29,7 +29,8 @@ fn main() -> Result<(), steradian_lab::Error> {
     };
     let seed = flags.iter().find_map(|f| f.strip_prefix("--seed=")?.parse().ok()).unwrap_or(1);
     let threads = std::thread::available_parallelism().map_or(1, Into::into);
-    let report = run_cli_like(&Options { topics, folder, effort, seed, threads }, &Lines)?;
+    let report =
+        run_cli_like(&Options { topics, folder, effort, seed, threads, brute_force: None, insist: false }, &Lines)?;
     println!("{} of {} claims hold", report.claims().filter(|c| c.holds()).count(), report.claims().count());
     Ok(())
 }

@@ -18,6 +18,11 @@ pub fn t_limit(repeats: u64) -> f64 {
     student_t_quantile(1.0 - 0.5 * FALSE_ALARM, (repeats.max(2) - 1) as f64)
 }
 
+/// As [`t_limit`], for each of `tests` numbers that one claim is about.
+pub fn t_limit_of(repeats: u64, tests: u64) -> f64 {
+    student_t_quantile(1.0 - 0.5 * FALSE_ALARM / tests.max(1) as f64, (repeats.max(2) - 1) as f64)
+}
+
 /// Whether a measurement agrees with its claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -166,6 +171,6 @@ mod tests {
         assert!(Claim::equal(Topic::Mis, "", 1.0, 1.05, 0.01).holds());
         assert!(!Claim::at_least(Topic::Mis, "", 1.0, f64::NAN).holds());
         assert!((z_limit() - 5.3267).abs() < 1e-3);
-        assert!(t_limit(8) > z_limit());
+        assert!(t_limit(8) > z_limit() && t_limit_of(8, 20) > t_limit(8) && t_limit_of(8, 1) == t_limit(8));
     }
 }

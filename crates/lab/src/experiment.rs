@@ -1,6 +1,6 @@
 //! What an experiment hands over: prose, figures, tables, pictures and claims.
 
-use crate::{Claim, Topic};
+use crate::{BruteForce, Claim, Topic};
 use steradian_image::Image;
 
 /// How hard to work.
@@ -34,9 +34,32 @@ pub struct Setting {
     pub seed: u64,
     /// Threads; at least one. No result depends on it.
     pub threads: usize,
+    /// Brute force with these parameters too, counted by the topic `cost`.
+    pub brute_force: Option<BruteForce>,
+}
+
+impl Default for Setting {
+    fn default() -> Self {
+        Self { effort: Effort::Quick, seed: 1, threads: 1, brute_force: None }
+    }
 }
 
 impl Setting {
+    /// The command that runs a topic alone and gets the numbers of this run.
+    pub fn command(&self, topic: Topic) -> String {
+        let mut out = format!("steradian lab {topic}");
+        if self.effort == Effort::Full {
+            out += " --full";
+        }
+        if self.seed != Self::default().seed {
+            out += &format!(" --seed {}", self.seed);
+        }
+        if let Some(parameters) = self.brute_force.filter(|_| topic == Topic::Cost) {
+            out += &format!(" --brute-force {parameters}");
+        }
+        out + " -o lab"
+    }
+
     /// A seed for one part of an experiment.
     pub fn seed_for(&self, topic: Topic, part: u64) -> u64 {
         steradian_sampling::rng::hash_u64(&[self.seed, topic as u64, part])

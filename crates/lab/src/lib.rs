@@ -4,7 +4,7 @@
 //! ```no_run
 //! use steradian_lab::{Effort, Quiet, Setting, Topic, run};
 //!
-//! let setting = Setting { effort: Effort::Quick, seed: 1, threads: 2 };
+//! let setting = Setting { effort: Effort::Quick, seed: 1, threads: 2, brute_force: None };
 //! let report = run(&[Topic::Quadrature, Topic::Estimator], &setting, &Quiet)?;
 //! assert!(report.claims().all(|c| c.holds()));
 //! report.write(std::path::Path::new("lab"))?;
@@ -13,6 +13,7 @@
 //!
 //! A claim is judged at a false-alarm rate of [`FALSE_ALARM`], stated with it. Everything is a function of the seed.
 
+mod brute_force;
 pub mod claim;
 mod command;
 mod error;
@@ -26,6 +27,7 @@ mod stage;
 mod topic;
 mod topics;
 
+pub use brute_force::{ABSURD_TESTS, BruteForce, TESTS_PER_SECOND};
 pub use claim::{Claim, FALSE_ALARM, Verdict};
 pub use command::{Options, run_cli_like};
 pub use error::Error;

@@ -98,11 +98,6 @@ impl Topic {
             hint: did_you_mean(name, Self::ALL.map(Self::name)),
         })
     }
-
-    /// The command that runs this topic alone.
-    pub fn command(self) -> String {
-        format!("steradian lab {} -o lab", self.name())
-    }
 }
 
 impl std::fmt::Display for Topic {

@@ -3,7 +3,7 @@
 use steradian_lab::{Effort, Quiet, Setting, Topic, run};
 
 fn check(topic: Topic) {
-    let setting = Setting { effort: Effort::Least, seed: 1, threads: 2 };
+    let setting = Setting { effort: Effort::Least, seed: 1, threads: 2, brute_force: None };
     let report = run(&[topic], &setting, &Quiet).expect("an experiment");
     let experiment = &report.sections[0].experiment;
     assert!(experiment.claims.len() >= 4, "{topic} makes {} claims", experiment.claims.len());

@@ -1,10 +1,18 @@
 //! The report as files: self-contained, complete, repeatable, and honest about bad input.
 
-use steradian_lab::{Effort, Error, Options, Quiet, Setting, Topic, run, run_cli_like};
+use steradian_lab::{BruteForce, Effort, Error, Options, Quiet, Setting, Topic, run, run_cli_like};
 
 fn options(topics: &[&str], folder: Option<&std::path::Path>) -> Options {
     let topics = topics.iter().map(|&t| t.to_owned()).collect();
-    Options { topics, folder: folder.map(Into::into), effort: Effort::Least, seed: 3, threads: 2 }
+    Options {
+        topics,
+        folder: folder.map(Into::into),
+        effort: Effort::Least,
+        seed: 3,
+        threads: 2,
+        brute_force: None,
+        insist: false,
+    }
 }
 
 #[test]
@@ -48,7 +56,7 @@ fn a_report_has_its_files_and_asks_for_nothing_else() {
 #[test]
 fn the_numbers_are_a_function_of_the_seed_alone() {
     let claims = |seed: u64, threads: usize| {
-        let setting = Setting { effort: Effort::Least, seed, threads };
+        let setting = Setting { effort: Effort::Least, seed, threads, brute_force: None };
         let report = run(&[Topic::MotionBlur, Topic::Roulette], &setting, &Quiet).unwrap();
         report.claims().map(|c| c.to_json()).collect::<Vec<_>>()
     };
@@ -62,6 +70,13 @@ fn bad_input_is_named() {
     assert!(message.contains("did you mean 'aliasing'?") && message.contains("soft-shadows"), "{message}");
     let message = run_cli_like(&options(&["xyzzy"], None), &Quiet).unwrap_err().to_string();
     assert!(!message.contains("did you mean"), "{message}");
+    // What would not end before the lecture does.
+    let slide = "m=1000,k=8,a=8,s=8,r=8,d=8,n=1000000,l=4".parse().unwrap();
+    let absurd = Options { brute_force: Some(slide), ..options(&["cost"], None) };
+    let message = run_cli_like(&absurd, &Quiet).unwrap_err().to_string();
+    assert!(message.contains("intersection tests, about") && message.contains("years"), "{message}");
+    let elsewhere = Options { brute_force: Some(BruteForce::default()), ..options(&["mis"], None) };
+    assert!(matches!(run_cli_like(&elsewhere, &Quiet), Err(Error::NotCost)));
     // A file stands where the folder should be.
     let file = tempfile::NamedTempFile::new().unwrap();
     let error = run_cli_like(&options(&["supersampling"], Some(file.path())), &Quiet).unwrap_err();

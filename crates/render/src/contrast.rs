@@ -74,7 +74,7 @@ mod tests {
 
     /// White right of a column, black or grey left of it.
     fn step(edge: u32, left: f32) -> Film {
-        let mut film = Film::with_tiles([8, 48, 3, 43], FINE_TILE_SIZE);
+        let mut film = Film::with_tiles([8, 48, 3, 43], FINE_TILE_SIZE, 0);
         for tile in &mut film.tiles {
             tile.extend(PILOT, |[x, _], range, stack| {
                 range.for_each(|_| stack.push(PixelSum::of([if x >= edge { 1.0 } else { left }; 3])));

@@ -99,7 +99,7 @@ fn index_of(film: &Film, tile: &Tile, i: usize) -> usize {
 /// Luminance of sRGB primaries; close enough for other primaries, since it only weighs errors.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// For each pixel the square of (standard error / what a bound of 1 allows), not below half of the mean around it.
+/// For each pixel the square of (standard error / what a bound of 1 allows), not below the mean around it.
 fn guarded_scores(film: &Film, measure: &ErrorMeasure) -> Vec<f64> {
     let mean_luminance = mean_luminance(film);
     let raw = film.map(|sum, n| {
@@ -144,7 +144,8 @@ fn mean_luminance(film: &Film) -> f64 {
     if pixels > 0.0 { sum / pixels } else { 0.0 }
 }
 
-/// No score below half of the mean of the 5 x 5 around it.
+/// No score below the mean of the 5 x 5 around it. Half of that mean is not enough: the promise was then broken in a fifth of the
+/// renders of a box with a caustic, at 95 % confidence.
 fn guard(raw: &[f64], [width, height]: [usize; 2]) -> Vec<f64> {
     const REACH: usize = 2;
     // Along rows, then along columns.
@@ -163,7 +164,7 @@ fn guard(raw: &[f64], [width, height]: [usize; 2]) -> Vec<f64> {
     }
     let rows = blur(raw, width, 1, &|i| i % width);
     let around = blur(&rows, height, width, &|i| i / width);
-    raw.iter().zip(around).map(|(&q, a)| q.max(0.5 * a)).collect()
+    raw.iter().zip(around).map(|(&q, a)| q.max(a)).collect()
 }
 
 /// Scores by size, fine enough that rounding up loses a percent: 32 bins for each factor of two in the square.

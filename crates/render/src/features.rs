@@ -31,6 +31,8 @@ pub struct Features {
     pub position: [f32; 3],
     /// Surface coordinates, over that part.
     pub uv: [f32; 2],
+    /// How far it moves to the right and down while the shutter is open, in pixels, over that part.
+    pub motion: [f32; 2],
     /// Share of the pixel of each object (instance plus one or zero, primitive), largest first.
     pub objects: Vec<((u32, u32), f32)>,
     /// Share of the pixel of each material, largest first.
@@ -91,6 +93,8 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
         }
         sum.uv[0] += hit.uv.x * weight;
         sum.uv[1] += hit.uv.y * weight;
+        sum.motion[0] += hit.motion.x * weight;
+        sum.motion[1] += hit.motion.y * weight;
         *objects.entry((hit.object.0.map_or(0, |i| i + 1), hit.object.1)).or_default() += weight;
         *materials.entry(hit.material.index() as u32).or_default() += weight;
     }
@@ -104,6 +108,7 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
         depth: sum.depth * seen,
         position: sum.position.map(|v| v * seen),
         uv: sum.uv.map(|v| v * seen),
+        motion: sum.motion.map(|v| v * seen),
         objects: ranked(objects, all),
         materials: ranked(materials, all),
     }

@@ -1,7 +1,7 @@
 //! The film: tiles of pixel sums, and the image that they amount to.
 
 use crate::fault::BadSample;
-use crate::sums::{Node, PixelStack, PixelSum};
+use crate::sums::{Node, PixelStack, PixelSum, add_layers};
 use steradian_integrator::record::RayCounts;
 
 /// Width and height of a tile. Part of no result but an adaptive one, whose sample counts are those of tiles.
@@ -30,12 +30,24 @@ pub struct Tile {
     pub bad: Vec<BadSample>,
     /// How many went wrong in all.
     pub bad_count: u64,
-    /// For each node of the range, one sum for each pixel.
-    pub(crate) nodes: Vec<(Node, Vec<PixelSum>)>,
+    /// For each node of the range, its sums.
+    pub(crate) nodes: Vec<TileNode>,
+    /// So many colours besides its own has each pixel.
+    pub(crate) layers: usize,
+}
+
+/// The sums over the samples of one node.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TileNode {
+    pub node: Node,
+    /// One for each pixel.
+    pub sums: Vec<PixelSum>,
+    /// For each pixel, one for each layer.
+    pub layers: Vec<[f32; 3]>,
 }
 
 impl Tile {
-    pub(crate) fn new(origin: [u32; 2], size: [u32; 2]) -> Self {
+    pub(crate) fn new(origin: [u32; 2], size: [u32; 2], layers: usize) -> Self {
         Self {
             origin,
             size,
@@ -45,6 +57,7 @@ impl Tile {
             bad: Vec::new(),
             bad_count: 0,
             nodes: Vec::new(),
+            layers,
         }
     }
 
@@ -83,16 +96,20 @@ impl Tile {
         if end <= begin {
             return;
         }
-        let mut stack = PixelStack::new(begin);
-        let mut fresh: Vec<(Node, Vec<PixelSum>)> = Vec::new();
+        let width = self.layers;
+        let mut stack = PixelStack::new(begin, width);
+        let mut fresh: Vec<TileNode> = Vec::new();
         for i in 0..self.len() {
-            stack.resume(begin, self.nodes.iter().map(|(node, sums)| (*node, sums[i])));
+            stack.resume(begin, self.nodes.iter().map(|n| (n.node, n.sums[i], &n.layers[i * width..(i + 1) * width])));
             fill(self.pixel(i), begin..end, &mut stack);
             if i == 0 {
-                fresh = stack.nodes().map(|(node, _)| (node, vec![PixelSum::default(); self.len()])).collect();
+                let sums = vec![PixelSum::default(); self.len()];
+                let room = |node| TileNode { node, sums: sums.clone(), layers: Vec::with_capacity(self.len() * width) };
+                fresh = stack.nodes().map(|(node, ..)| room(node)).collect();
             }
-            for ((_, sums), (_, sum)) in fresh.iter_mut().zip(stack.nodes()) {
-                sums[i] = sum;
+            for (at, (_, sum, layers)) in fresh.iter_mut().zip(stack.nodes()) {
+                at.sums[i] = sum;
+                at.layers.extend_from_slice(layers);
             }
         }
         self.nodes = fresh;
@@ -101,7 +118,17 @@ impl Tile {
 
     /// The sum over all samples of pixel `i`, joined from small to large.
     pub fn sum(&self, i: usize) -> PixelSum {
-        self.nodes.iter().rev().map(|(_, sums)| sums[i]).reduce(|a, b| b.add(&a)).unwrap_or_default()
+        self.nodes.iter().rev().map(|n| n.sums[i]).reduce(|a, b| b.add(&a)).unwrap_or_default()
+    }
+
+    /// And that of its layers.
+    pub fn layer_sums(&self, i: usize) -> Vec<[f32; 3]> {
+        let of = |n: &TileNode| n.layers[i * self.layers..(i + 1) * self.layers].to_vec();
+        let join = |right: Vec<[f32; 3]>, mut left: Vec<[f32; 3]>| {
+            add_layers(&mut left, &right);
+            left
+        };
+        self.nodes.iter().rev().map(of).reduce(join).unwrap_or_else(|| vec![[0.0; 3]; self.layers])
     }
 
     /// Notes what went wrong, by place, not by time: the report is the same for any number of threads.
@@ -113,20 +140,20 @@ impl Tile {
 
     /// Joins the samples that follow on this tile's, taken elsewhere. `false` if they do not follow.
     pub(crate) fn append(&mut self, next: &Tile) -> bool {
-        if next.first != self.end || next.origin != self.origin || next.size != self.size {
+        let fits = next.first == self.end && next.layers == self.layers;
+        if !fits || next.origin != self.origin || next.size != self.size {
             return false;
         }
-        for (node, sums) in &next.nodes {
-            let (mut node, mut sums) = (*node, sums.clone());
-            while let Some((left, _)) = self.nodes.last()
-                && let Some(joined) = node.join(left)
+        for right in &next.nodes {
+            let mut right = right.clone();
+            while let Some(joined) = self.nodes.last().and_then(|left| right.node.join(&left.node))
+                && let Some(mut left) = self.nodes.pop()
             {
-                if let Some((_, left_sums)) = self.nodes.pop() {
-                    sums.iter_mut().zip(&left_sums).for_each(|(right, left)| *right = left.add(right));
-                }
-                node = joined;
+                left.sums.iter_mut().zip(&right.sums).for_each(|(left, right)| *left = left.add(right));
+                add_layers(&mut left.layers, &right.layers);
+                right = TileNode { node: joined, ..left };
             }
-            self.nodes.push((node, sums));
+            self.nodes.push(right);
         }
         self.end = next.end;
         self.rays.merge(&next.rays);
@@ -155,19 +182,24 @@ pub struct Film {
 impl Film {
     /// An empty film.
     pub fn new(bounds: [u32; 4]) -> Self {
-        Self::with_tiles(bounds, TILE_SIZE)
+        Self::with_tiles(bounds, TILE_SIZE, 0)
     }
 
-    /// An empty film with tiles of a given size, one at least.
-    pub(crate) fn with_tiles(bounds: [u32; 4], tile_size: u32) -> Self {
+    /// An empty film with tiles of a given size, one at least, whose pixels have so many colours besides their own.
+    pub(crate) fn with_tiles(bounds: [u32; 4], tile_size: u32, layers: usize) -> Self {
         let [x0, x1, y0, y1] = bounds;
         let mut tiles = Vec::new();
         for y in (y0..y1).step_by(tile_size as usize) {
             for x in (x0..x1).step_by(tile_size as usize) {
-                tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)]));
+                tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)], layers));
             }
         }
         Self { bounds, tiles, tile_size }
+    }
+
+    /// How many colours each pixel has besides its own.
+    pub fn layers(&self) -> usize {
+        self.tiles.first().map_or(0, |t| t.layers)
     }
 
     /// Width and height of the rendered part.
@@ -190,6 +222,21 @@ impl Film {
                 let [x, y] = tile.pixel(i);
                 let at = (y - self.bounds[2]) as usize * width + (x - self.bounds[0]) as usize;
                 out[at] = f(&tile.sum(i), tile.samples());
+            }
+        }
+        out
+    }
+
+    /// The means of each pixel's layers, row by row.
+    pub fn layer_means(&self) -> Vec<Vec<[f32; 3]>> {
+        let [width, height] = self.size();
+        let mut out = vec![Vec::new(); width * height];
+        for tile in &self.tiles {
+            let scale = if tile.samples() == 0 { 0.0 } else { 1.0 / tile.samples() as f32 };
+            for i in 0..tile.len() {
+                let [x, y] = tile.pixel(i);
+                let at = (y - self.bounds[2]) as usize * width + (x - self.bounds[0]) as usize;
+                out[at] = tile.layer_sums(i).into_iter().map(|sum| sum.map(|v| v * scale)).collect();
             }
         }
         out
@@ -235,24 +282,6 @@ impl Film {
         let mut bad: Vec<_> = self.tiles.iter().flat_map(|t| t.bad.iter().cloned()).collect();
         sort_bad(&mut bad);
         (bad, self.tiles.iter().map(|t| t.bad_count).sum())
-    }
-
-    /// The root mean square over pixels of the standard error, relative to the mean brightness of the image: how grainy
-    /// the picture is as a whole. Tiles without samples do not count. `None` before two samples.
-    pub fn relative_error(&self) -> Option<f32> {
-        let (mut variance, mut mean, mut pixels) = (0.0f64, 0.0f64, 0u64);
-        for tile in self.tiles.iter().filter(|t| t.samples() > 0) {
-            if tile.samples() < 2 {
-                return None;
-            }
-            for i in 0..tile.len() {
-                let sum = tile.sum(i);
-                variance += sum.variance_of_mean(tile.samples()).iter().map(|&v| f64::from(v)).sum::<f64>();
-                mean += sum.mean(tile.samples()).iter().map(|&v| f64::from(v.abs())).sum::<f64>();
-                pixels += 3;
-            }
-        }
-        (mean > 0.0).then(|| ((variance / pixels as f64).sqrt() / (mean / pixels as f64)) as f32)
     }
 }
 

@@ -6,24 +6,25 @@ mod error_goal;
 mod fault;
 mod features;
 mod film;
+mod layers;
 mod renderer;
 mod sample;
 mod schedule;
 mod share;
 mod snapshot;
 mod sums;
+mod task;
 
 pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use features::{Features, MOST_FEATURE_SAMPLES, features};
 pub use film::{FINE_TILE_SIZE, Film, TILE_SIZE, Tile};
-pub use renderer::{
-    Adaptive, ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Rendered, Task, render, render_counted,
-    run, run_counted,
-};
+pub use layers::{CLAMPED, Layer, Layers, MOST_LAYERS, OUTLIERS, layer_width, light_groups, read_layers};
+pub use renderer::{Rendered, render, render_counted, run, run_counted};
 pub use sample::{PixelSampler, Sampled};
 pub use schedule::Schedule;
 pub use share::{Part, Share, join};
 pub use snapshot::{Identity, Label, Snapshot, differences};
 pub use sums::{Node, PixelStack, PixelSum, nodes_of};
+pub use task::{Adaptive, ENDLESS_SPP, Goals, Observer, Outcome, Plan, Progress, Quiet, Task};

@@ -3,12 +3,14 @@
 use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
 use crate::fault::{BadSample, Fault};
-use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
+use crate::layers::{LayerSampler, Layers, finite};
 use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
 use crate::share::Share;
-use crate::snapshot::{Identity, Label, Snapshot, Writer};
+use crate::snapshot::{Identity, Label, Writer};
 use crate::sums::{PixelStack, PixelSum};
+use crate::task::{Adaptive, Goals, Observer, Outcome, Plan, Progress, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -16,115 +18,6 @@ use std::time::{Duration, Instant};
 use steradian_integrator::record::{Count, Counters, RayCounts};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
-
-/// How long and with what to render.
-#[derive(Clone, Debug)]
-pub struct Plan {
-    /// Samples per pixel, at most: of every pixel, or on average where [`Goals::adaptive`] spreads them.
-    pub spp: u32,
-    /// Threads; at least one.
-    pub threads: usize,
-    /// Stop after this time, at the end of a pass. Time spent before a resumption counts.
-    pub time_limit: Option<Duration>,
-}
-
-/// More samples per pixel than anybody waits for: stands for no limit.
-pub const ENDLESS_SPP: u32 = 1 << 24;
-
-/// What decides where more samples are taken than elsewhere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Adaptive {
-    /// Nothing.
-    #[default]
-    No,
-    /// The error that the samples tell, measured again and again. Samples that have decided are kept: the bias falls like the
-    /// reciprocal of their number, faster than the error.
-    Error,
-    /// The contrast between the first samples of a pixel and of its neighbours, once ([`crate::contrast`]). Samples that have decided are
-    /// thrown away, so that there is no bias.
-    Contrast,
-}
-
-/// What else decides which samples are taken.
-#[derive(Clone, Debug, Default)]
-pub struct Goals {
-    /// Stop when the picture is this good.
-    pub error: Option<ErrorGoal>,
-    /// What decides where more samples are taken; whole shares only.
-    pub adaptive: Adaptive,
-    /// The part to render.
-    pub share: Share,
-}
-
-impl Goals {
-    /// What decides; nothing does where a part of the picture is rendered, which knows nothing of the others.
-    fn criterion(&self) -> Adaptive {
-        if self.share == Share::Whole { self.adaptive } else { Adaptive::No }
-    }
-}
-
-/// A render to start or to go on with.
-pub struct Task<'a> {
-    /// The scene.
-    pub world: &'a World,
-    /// How long and with what.
-    pub plan: Plan,
-    /// What else.
-    pub goals: Goals,
-    /// What checkpoints say they are of.
-    pub label: Label<'a>,
-    /// Where to go on, if not at the start: a snapshot of the same scene, settings and goals.
-    pub resume: Option<Snapshot>,
-}
-
-/// Why rendering ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// All samples were taken.
-    Finished,
-    /// The picture is as good as was asked for.
-    ErrorReached,
-    /// The time was up.
-    TimeLimit,
-    /// Somebody asked to stop.
-    Interrupted,
-}
-
-/// How far rendering has come.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Samples per pixel taken (on average, where they differ), and to take; [`ENDLESS_SPP`] where there is no plan.
-    pub spp: [u32; 2],
-    /// Fraction done, including the current pass, by whichever limit is nearest.
-    pub fraction: f64,
-    /// Rays traced in this run.
-    pub rays: u64,
-    /// Time since the start of this run.
-    pub elapsed: Duration,
-    /// See [`Film::relative_error`]; known after the second sample.
-    pub relative_error: Option<f32>,
-    /// The bound for which the error goal's statement held at the last look.
-    pub bound: Option<f64>,
-}
-
-/// Watches a render.
-pub trait Observer: Sync {
-    /// Called now and then from one thread at a time.
-    fn progress(&self, _progress: &Progress) {}
-    /// Called at the end of each pass with the film as it stands.
-    fn pass(&self, _film: &Film, _progress: &Progress) {}
-    /// Whether a checkpoint is due. Asked after every tile, so it had better be quick.
-    fn checkpoint_due(&self) -> bool {
-        false
-    }
-    /// Takes a checkpoint: the bytes of a [`Snapshot`], and how long it took to make them.
-    fn checkpoint(&self, _bytes: Vec<u8>, _took: Duration) {}
-}
-
-/// Watches nothing.
-pub struct Quiet;
-
-impl Observer for Quiet {}
 
 /// What came out.
 #[derive(Clone, Debug)]
@@ -139,6 +32,8 @@ pub struct Rendered {
     pub outcome: Outcome,
     /// What can be said of the error, if a goal was set and there are samples enough.
     pub bound: Option<f64>,
+    /// See [`Progress::error`].
+    pub error: Option<f64>,
     /// Rays by kind.
     pub rays: RayCounts,
     /// Wall-clock time, that of earlier runs included.
@@ -160,7 +55,8 @@ impl Rendered {
     pub fn encode(&self, label: &Label) -> Vec<u8> {
         let film = self.unfinished.as_ref().unwrap_or(&self.film);
         let (round, tiles) = (self.schedule.round, film.tiles.len());
-        let mut w = Writer::new(label, self.share, self.planned, self.elapsed, film.bounds, round, tiles);
+        let counts = [tiles, film.layers()];
+        let mut w = Writer::new(label, self.share, self.planned, self.elapsed, film.bounds, round, counts);
         for (i, tile) in film.tiles.iter().enumerate() {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
@@ -177,6 +73,7 @@ impl Rendered {
             nominal: spp,
             outcome: Outcome::Finished,
             bound: None,
+            error: error_of(&film, &Goals::default()),
             rays: film.rays(),
             elapsed,
             bad,
@@ -209,14 +106,15 @@ pub fn render_counted(
 fn plain<C: Count>(world: &World, plan: &Plan, observer: &dyn Observer, cancel: &AtomicBool) -> (Rendered, C) {
     let identity = Identity::new();
     let label = Label { identity: &identity, note: &[] };
-    let task = Task { world, plan: plan.clone(), goals: Goals::default(), label, resume: None };
+    let layers = Layers::default();
+    let task = Task { world, plan: plan.clone(), goals: Goals::default(), layers: &layers, label, resume: None };
     counted(task, observer, cancel)
 }
 
 /// Renders, or goes on rendering, under any of the stop rules.
 ///
 /// # Panics
-/// If `resume` is of a film with other bounds.
+/// If `resume` is of a film with other bounds or layers.
 pub fn run(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -> Rendered {
     counted::<RayCounts>(task, observer, cancel).0
 }
@@ -237,13 +135,15 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
     let (film, schedule, before) = match task.resume {
         Some(s) => {
             assert_eq!(s.film.bounds, bounds, "the snapshot is of another film");
+            assert_eq!(s.film.layers(), task.layers.width(), "the snapshot has other layers");
             (s.film, s.schedule, s.elapsed)
         }
         None => {
-            let film = match task.goals.criterion() {
-                Adaptive::Contrast => Film::with_tiles(bounds, FINE_TILE_SIZE),
-                Adaptive::No | Adaptive::Error => Film::new(bounds),
+            let tile_size = match task.goals.criterion() {
+                Adaptive::Contrast => FINE_TILE_SIZE,
+                Adaptive::No | Adaptive::Error => TILE_SIZE,
             };
+            let film = Film::with_tiles(bounds, tile_size, task.layers.width());
             let schedule = Schedule::new(film.tiles.len());
             (film, schedule, Duration::ZERO)
         }
@@ -256,6 +156,7 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
         before,
         plan: &task.plan,
         goals: &task.goals,
+        layers: task.layers,
         label: task.label,
         done: AtomicUsize::new(0),
         samples: AtomicU64::new(film.total_samples()),
@@ -277,6 +178,7 @@ struct Job<'a, 'w, C> {
     before: Duration,
     plan: &'a Plan,
     goals: &'a Goals,
+    layers: &'a Layers,
     label: Label<'a>,
     /// Tiles done in the current pass.
     done: AtomicUsize,
@@ -291,10 +193,24 @@ struct Job<'a, 'w, C> {
     counts: Mutex<C>,
 }
 
+/// The bound for which the goal's statement, or that of [`ErrorGoal::linear`], would hold at an only look.
+fn error_of(film: &Film, goals: &Goals) -> Option<f64> {
+    let goal = goals.error.unwrap_or(ErrorGoal::linear(1.0));
+    let sampled = film.tiles.iter().all(|t| t.samples() > 1);
+    sampled.then(|| assess(film, &goal, 1).bound).filter(|b| b.is_finite())
+}
+
+/// When the error was last asked for.
+#[derive(Default)]
+struct Asked {
+    last: Option<Instant>,
+    took: Duration,
+}
+
 /// What the last look found, for progress.
 #[derive(Clone, Copy, Default)]
 struct Found {
-    relative_error: Option<f32>,
+    error: Option<f64>,
     bound: Option<f64>,
 }
 
@@ -302,6 +218,7 @@ impl<C: Count> Job<'_, '_, C> {
     fn run(&self, mut film: Film, mut schedule: Schedule) -> Rendered {
         let mut found = Found::default();
         let mut unfinished = None;
+        let mut asked = Asked::default();
         let mut nominal = schedule::round_begin(schedule.round);
         let outcome = loop {
             if nominal >= self.plan.spp {
@@ -315,7 +232,7 @@ impl<C: Count> Job<'_, '_, C> {
             match self.pass(&mut film, &schedule, end, found) {
                 Pass::Nothing => {}
                 Pass::Done => {
-                    found.relative_error = film.relative_error();
+                    found.error = self.error_now(&film, &mut asked).or(found.error);
                     self.observer.pass(&film, &self.report(&film.size(), found));
                 }
                 Pass::Interrupted(partial) => {
@@ -352,6 +269,18 @@ impl<C: Count> Job<'_, '_, C> {
         false
     }
 
+    /// What could be said of the error now, for progress: asked seldom enough to take no time to speak of.
+    fn error_now(&self, film: &Film, asked: &mut Asked) -> Option<f64> {
+        const SHARE: u32 = 50;
+        if asked.last.is_some_and(|last| last.elapsed() < asked.took * SHARE) {
+            return None;
+        }
+        let start = Instant::now();
+        let error = error_of(film, self.goals);
+        *asked = Asked { last: Some(start), took: start.elapsed() };
+        error
+    }
+
     /// What there is to see at a look, if anybody wants to know.
     fn assess(&self, film: &Film, look: Option<u32>) -> Option<Assessment> {
         let goal = match &self.goals.error {
@@ -385,6 +314,7 @@ impl<C: Count> Job<'_, '_, C> {
             nominal,
             outcome,
             bound: bound.filter(|b| b.is_finite()),
+            error: error_of(&film, self.goals),
             rays: film.rays(),
             elapsed: self.elapsed(),
             bad,
@@ -421,7 +351,7 @@ impl<C: Count> Job<'_, '_, C> {
             fraction: fraction.min(1.0),
             rays: self.rays.load(Ordering::Relaxed),
             elapsed: self.start.elapsed(),
-            relative_error: found.relative_error,
+            error: found.error,
             bound: found.bound,
         }
     }
@@ -461,7 +391,10 @@ impl<C: Count> Job<'_, '_, C> {
                         return;
                     }
                     let i = todo[k];
-                    self.tile(&mut locked(&tiles[i]), ranges[i], &mut sampler);
+                    let mut tile = locked(&tiles[i]);
+                    self.tile(&mut tile, ranges[i], &mut sampler);
+                    self.observer.tile(&tile);
+                    drop(tile);
                     self.done.fetch_add(1, Ordering::Relaxed);
                     self.maybe_report(&size, found);
                     self.maybe_store(&tiles, schedule, bounds);
@@ -503,7 +436,7 @@ impl<C: Count> Job<'_, '_, C> {
             self.elapsed(),
             bounds,
             schedule.round,
-            tiles.len(),
+            [tiles.len(), self.layers.width()],
         );
         for (i, tile) in tiles.iter().enumerate() {
             writer.tile(&locked(tile), schedule.base[i], schedule.targets[i]);
@@ -515,6 +448,7 @@ impl<C: Count> Job<'_, '_, C> {
     fn tile(&self, tile: &mut Tile, [first, end]: [u32; 2], sampler: &mut Sampler) {
         tile.begin_at(first);
         let mut counts = C::default();
+        let mut layers = LayerSampler::new(self.layers);
         let (mut bad, mut bad_count) = (Vec::new(), 0);
         let before = tile.samples();
         tile.extend(end, |pixel, range, stack| {
@@ -527,6 +461,7 @@ impl<C: Count> Job<'_, '_, C> {
                         &mut next,
                         sampler,
                         stack,
+                        &mut layers,
                         &mut counts,
                         &mut bad,
                         &mut bad_count,
@@ -556,21 +491,25 @@ impl<C: Count> Job<'_, '_, C> {
         next: &mut u32,
         sampler: &mut Sampler,
         stack: &mut PixelStack,
+        layers: &mut LayerSampler,
         counts: &mut C,
         bad: &mut Vec<BadSample>,
         bad_count: &mut u64,
     ) {
         for index in range {
             *next = index;
-            let sampled = self.sampler.sample(sampler, pixel, index, counts);
-            let sum = if sampled.rgb.iter().all(|v| v.is_finite()) {
-                PixelSum::of(sampled.rgb)
+            let good = if self.layers.is_empty() {
+                let sampled = self.sampler.sample(sampler, pixel, index, counts);
+                sampled.rgb.iter().all(|v| v.is_finite()).then(|| stack.push(PixelSum::of(sampled.rgb)))
             } else {
+                let (sampled, colors) = layers.sample(self.sampler, sampler, (pixel, index), counts);
+                finite(&sampled, colors).map(|(sum, colors)| stack.push_layers(sum, colors))
+            };
+            if good.is_none() {
                 *bad_count += 1;
                 note(bad, BadSample { pixel, sample: index, fault: Fault::NotFinite });
-                PixelSum::default()
-            };
-            stack.push(sum);
+                stack.push(PixelSum::default());
+            }
             *next = index + 1;
         }
     }

@@ -34,6 +34,8 @@ pub struct Sampled {
     pub film: Point2,
     /// Filter weight.
     pub weight: f32,
+    /// The share of the light that the limit on the brightness of samples has left; 1 for all.
+    pub kept: f32,
 }
 
 impl<'w> PixelSampler<'w> {
@@ -83,22 +85,30 @@ impl<'w> PixelSampler<'w> {
             ColorMode::Spectral => Wavelengths::sample_visible(numbers.one(Domain::Other)),
         };
         let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record);
-        let rgb = if self.raw {
-            [radiance.0[0], radiance.0[1], radiance.0[2]]
+        let (rgb, kept) = if self.raw {
+            ([radiance.0[0], radiance.0[1], radiance.0[2]], 1.0)
         } else {
-            let sensor = clamp_largest(
-                settings.film.sensor.to_sensor_rgb(radiance, &wavelengths),
-                settings.film.max_component_value,
-            );
-            self.output_from_sensor.apply(sensor)
+            let sensor = settings.film.sensor.to_sensor_rgb(radiance, &wavelengths);
+            let kept = share_within(sensor, settings.film.max_component_value);
+            let sensor = if kept < 1.0 { sensor.map(|v| v * kept) } else { sensor };
+            (self.output_from_sensor.apply(sensor), kept)
         };
-        Sampled { rgb: rgb.map(|v| v * weight), radiance, wavelengths, film, weight }
+        Sampled { rgb: rgb.map(|v| v * weight), radiance, wavelengths, film, weight, kept }
+    }
+
+    /// The colour of a part of a sample's radiance, filter weight and limit included as in the whole.
+    pub fn color(&self, part: Lanes, of: &Sampled) -> [f32; 3] {
+        if self.raw {
+            return std::array::from_fn(|c| part.0[c] * of.weight);
+        }
+        let sensor = self.world.settings().film.sensor.to_sensor_rgb(part, &of.wavelengths);
+        self.output_from_sensor.apply(sensor.map(|v| v * of.kept)).map(|v| v * of.weight)
     }
 }
 
-/// Scales the colour so that its largest component is at most `most`.
+/// The factor that makes the largest component at most `most`.
 #[inline]
-fn clamp_largest(rgb: [f32; 3], most: f32) -> [f32; 3] {
+fn share_within(rgb: [f32; 3], most: f32) -> f32 {
     let largest = rgb[0].max(rgb[1]).max(rgb[2]);
-    if largest > most { rgb.map(|v| v * (most / largest)) } else { rgb }
+    if largest > most { most / largest } else { 1.0 }
 }

@@ -1,7 +1,7 @@
 //! The part of a render that one of several machines does, and how parts become the whole again.
 
 use crate::error::Error;
-use crate::film::Film;
+use crate::film::{Film, TILE_SIZE};
 
 /// What to render of the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,7 +58,8 @@ impl Share {
 /// # Errors
 /// [`Error::Merge`] with the first tile whose samples overlap or are missing.
 pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> {
-    let mut whole = Film::new(bounds);
+    let layers = films.first().map_or(0, |f| f.layers());
+    let mut whole = Film::with_tiles(bounds, TILE_SIZE, layers);
     if films.iter().any(|f| f.bounds != bounds || f.tiles.len() != whole.tiles.len()) {
         return Err(Error::Merge("the parts are of different pictures".into()));
     }

@@ -1,11 +1,12 @@
 //! A render as bytes, from which it goes on to the same bits: checkpoints, and the parts of distributed renders.
 //!
 //! Little endian. `STERADIA`, format, identity (names and values), note, share, samples planned, seconds, round; the film's
-//! bounds; for each tile its schedule, counts, bad samples and sums; the BLAKE3 hash of all that.
+//! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; the BLAKE3 hash of all that.
 
 use crate::error::Error;
 use crate::fault::{BadSample, Fault};
-use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile, TileNode};
+use crate::layers::MOST_LAYERS;
 use crate::schedule::Schedule;
 use crate::share::{Part, Share};
 use crate::sums::{MOST_LEVEL, PixelSum, nodes_of};
@@ -13,7 +14,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 const MAGIC: [u8; 8] = *b"STERADIA";
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const HASH: usize = 32;
 /// More text than any panic needs.
 const MOST_MESSAGE: usize = 4096;
@@ -60,7 +61,7 @@ impl Writer {
         elapsed: Duration,
         bounds: [u32; 4],
         round: u32,
-        tiles: usize,
+        [tiles, layers]: [usize; 2],
     ) -> Self {
         let mut w = Writer(MAGIC.to_vec());
         w.u32(FORMAT);
@@ -82,6 +83,7 @@ impl Writer {
         w.u32(round);
         bounds.iter().for_each(|&v| w.u32(v));
         w.u32(tiles as u32);
+        w.u32(layers as u32);
         w
     }
 
@@ -107,12 +109,10 @@ impl Writer {
             }
         }
         // Which nodes there are follows from the range.
-        for (_, sums) in &tile.nodes {
-            for sum in sums {
-                for v in sum.rgb.iter().chain(&sum.squares) {
-                    self.0.extend_from_slice(&v.to_le_bytes());
-                }
-            }
+        let mut put = |v: &f32| self.0.extend_from_slice(&v.to_le_bytes());
+        for node in &tile.nodes {
+            node.sums.iter().for_each(|sum| sum.rgb.iter().chain(&sum.squares).for_each(&mut put));
+            node.layers.iter().flatten().for_each(&mut put);
         }
     }
 
@@ -141,8 +141,8 @@ impl Snapshot {
     pub fn encode(&self) -> Vec<u8> {
         let label = Label { identity: &self.identity, note: &self.note };
         let film = &self.film;
-        let mut w =
-            Writer::new(&label, self.share, self.spp, self.elapsed, film.bounds, self.schedule.round, film.tiles.len());
+        let counts = [film.tiles.len(), film.layers()];
+        let mut w = Writer::new(&label, self.share, self.spp, self.elapsed, film.bounds, self.schedule.round, counts);
         for (i, tile) in film.tiles.iter().enumerate() {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
@@ -190,8 +190,11 @@ impl Snapshot {
             return Err(damaged("its schedule is out of range"));
         }
         let bounds = [r.u32()?, r.u32()?, r.u32()?, r.u32()?];
-        let tiles = r.u32()?;
-        let mut film = empty_film(bounds, tiles, r.0.len())?;
+        let (tiles, layers) = (r.u32()?, r.u32()?);
+        if layers > MOST_LAYERS {
+            return Err(damaged("it has too many layers"));
+        }
+        let mut film = empty_film(bounds, tiles, layers as usize, r.0.len())?;
         let mut schedule = Schedule { round, base: Vec::new(), targets: Vec::new() };
         for tile in &mut film.tiles {
             let (base, target) = r.tile(tile)?;
@@ -229,7 +232,7 @@ pub fn differences(a: &Identity, b: &Identity, name_a: &str, name_b: &str) -> Ve
 }
 
 /// The film of these bounds, if `left` bytes can hold it.
-fn empty_film(bounds: [u32; 4], tiles: u32, left: usize) -> Result<Film, Error> {
+fn empty_film(bounds: [u32; 4], tiles: u32, layers: usize, left: usize) -> Result<Film, Error> {
     const LEAST_TILE: usize = 4 * 4 + 4 * 8 + 4;
     let [x0, x1, y0, y1] = bounds;
     let grid = |a: u32, b: u32, size: u32| u64::from(b.saturating_sub(a)).div_ceil(u64::from(size));
@@ -238,7 +241,8 @@ fn empty_film(bounds: [u32; 4], tiles: u32, left: usize) -> Result<Film, Error> 
         .into_iter()
         .find(|&s| x0 < x1 && y0 < y1 && grid(x0, x1, s) * grid(y0, y1, s) == u64::from(tiles))
         .filter(|_| (tiles as usize).saturating_mul(LEAST_TILE) <= left);
-    size.map(|s| Film::with_tiles(bounds, s)).ok_or_else(|| Error::Damaged("its size does not fit its content".into()))
+    size.map(|s| Film::with_tiles(bounds, s, layers))
+        .ok_or_else(|| Error::Damaged("its size does not fit its content".into()))
 }
 
 struct Reader<'a>(&'a [u8]);
@@ -293,26 +297,27 @@ impl<'a> Reader<'a> {
         }
         let count = tile.len();
         for node in nodes_of(tile.first, tile.end) {
-            let data = self.take(count * size_of::<PixelSum>())?;
-            tile.nodes.push((node, sums(data)));
+            let sums = sums(self.take(count * size_of::<PixelSum>())?);
+            let layers = colors(self.take(count * tile.layers * size_of::<[f32; 3]>())?);
+            tile.nodes.push(TileNode { node, sums, layers });
         }
         Ok((base, target))
     }
 }
 
+fn colors(data: &[u8]) -> Vec<[f32; 3]> {
+    let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+    data.chunks_exact(size_of::<[f32; 3]>()).map(|b| [float(b), float(&b[4..]), float(&b[8..])]).collect()
+}
+
 fn sums(data: &[u8]) -> Vec<PixelSum> {
-    data.chunks_exact(size_of::<PixelSum>())
-        .map(|b| {
-            let at = |i: usize| f32::from_le_bytes([b[4 * i], b[4 * i + 1], b[4 * i + 2], b[4 * i + 3]]);
-            PixelSum { rgb: [at(0), at(1), at(2)], squares: [at(3), at(4), at(5)] }
-        })
-        .collect()
+    colors(data).chunks_exact(2).map(|pair| PixelSum { rgb: pair[0], squares: pair[1] }).collect()
 }
 
 /// The nodes of a finished range are those that its ends imply; anything else is a bug of this crate.
 #[cfg(test)]
 fn has_canonical_nodes(tile: &Tile) -> bool {
-    tile.nodes.iter().map(|n| n.0).eq(nodes_of(tile.first, tile.end))
+    tile.nodes.iter().map(|n| n.node).eq(nodes_of(tile.first, tile.end))
 }
 
 #[cfg(test)]
@@ -320,10 +325,11 @@ mod tests {
     use super::*;
 
     fn example() -> Snapshot {
-        let mut film = Film::new([3, 40, 5, 25]);
+        let mut film = Film::with_tiles([3, 40, 5, 25], TILE_SIZE, 2);
         for (i, tile) in film.tiles.iter_mut().enumerate() {
             tile.extend(5 + i as u32, |p, range, stack| {
-                range.for_each(|s| stack.push(PixelSum::of([p[0] as f32 + s as f32 * 0.3, -1.0, f32::MIN_POSITIVE])));
+                let sum = |s: u32| PixelSum::of([p[0] as f32 + s as f32 * 0.3, -1.0, f32::MIN_POSITIVE]);
+                range.for_each(|s| stack.push_layers(sum(s), &[[s as f32, 1.0, -0.5], [p[1] as f32; 3]]));
             });
             tile.rays.shadow = u64::MAX - i as u64;
             assert!(has_canonical_nodes(tile));
@@ -366,7 +372,9 @@ mod tests {
         let bytes = example().encode();
         let body = bytes.len() - HASH;
         let mut rng = steradian_sampling::rng::Rng::new(5, 1);
-        for round in 0..20_000 {
+        // FUZZ_ROUNDS asks for more.
+        let rounds = std::env::var("FUZZ_ROUNDS").ok().and_then(|n| n.parse().ok()).unwrap_or(20_000u64);
+        for round in 0..rounds {
             let mut changed = bytes[..body].to_vec();
             for _ in 0..=round % 3 {
                 let at = (rng.f32() * if round % 2 == 0 { 300.0 } else { body as f32 }) as usize;
@@ -395,6 +403,6 @@ mod tests {
         assert_eq!(said, "of another render: crop: stored with nothing, now 0,1; seed: stored with 7, now 8");
         let mut newer = snapshot.encode();
         newer[8] = 9;
-        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: 1 }));
+        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: 2 }));
     }
 }

@@ -91,36 +91,70 @@ pub struct PixelStack {
     len: usize,
     nodes: [Node; MOST_NODES],
     sums: [PixelSum; MOST_NODES],
+    /// Colours of each node besides: `width` for each.
+    layers: Vec<[f32; 3]>,
+    width: usize,
     next: u32,
 }
 
 impl PixelStack {
-    /// No samples; the next to come is number `next`.
-    pub fn new(next: u32) -> Self {
-        Self { len: 0, nodes: [Node::default(); MOST_NODES], sums: [PixelSum::default(); MOST_NODES], next }
+    /// No samples; the next to come is number `next`. Each has `layers` colours besides its own.
+    pub fn new(next: u32, layers: usize) -> Self {
+        Self {
+            len: 0,
+            nodes: [Node::default(); MOST_NODES],
+            sums: [PixelSum::default(); MOST_NODES],
+            layers: Vec::new(),
+            width: layers,
+            next,
+        }
     }
 
     /// Continues from finished nodes, which lie side by side.
     #[inline]
-    pub fn resume(&mut self, next: u32, nodes: impl Iterator<Item = (Node, PixelSum)>) {
+    pub fn resume<'l>(&mut self, next: u32, nodes: impl Iterator<Item = (Node, PixelSum, &'l [[f32; 3]])>) {
         self.len = 0;
-        for (node, sum) in nodes {
+        self.layers.clear();
+        for (node, sum, layers) in nodes {
             self.nodes[self.len] = node;
             self.sums[self.len] = sum;
+            self.layers.extend_from_slice(layers);
             self.len += 1;
         }
         self.next = next;
     }
 
-    /// Adds the next sample.
+    /// Adds the next sample, without anything in the layers.
     #[inline]
-    pub fn push(&mut self, mut sum: PixelSum) {
+    pub fn push(&mut self, sum: PixelSum) {
+        self.layers.resize(self.layers.len() + self.width, [0.0; 3]);
+        self.join(sum);
+    }
+
+    /// Adds the next sample and its layers.
+    ///
+    /// # Panics
+    /// If there are not as many layers as was said.
+    pub fn push_layers(&mut self, sum: PixelSum, layers: &[[f32; 3]]) {
+        assert_eq!(layers.len(), self.width, "the layers of a sample");
+        self.layers.extend_from_slice(layers);
+        self.join(sum);
+    }
+
+    #[inline]
+    fn join(&mut self, mut sum: PixelSum) {
         let mut node = Node::leaf(self.next);
         while self.len > 0
             && let Some(joined) = node.join(&self.nodes[self.len - 1])
         {
             self.len -= 1;
             sum = self.sums[self.len].add(&sum);
+            if self.width > 0 {
+                let at = self.layers.len() - self.width;
+                let (before, right) = self.layers.split_at_mut(at);
+                add_layers(&mut before[at - self.width..], right);
+                self.layers.truncate(at);
+            }
             node = joined;
         }
         self.nodes[self.len] = node;
@@ -131,8 +165,15 @@ impl PixelStack {
 
     /// The nodes, in the order of their samples.
     #[inline]
-    pub fn nodes(&self) -> impl Iterator<Item = (Node, PixelSum)> + '_ {
-        (0..self.len).map(|i| (self.nodes[i], self.sums[i]))
+    pub fn nodes(&self) -> impl Iterator<Item = (Node, PixelSum, &[[f32; 3]])> + '_ {
+        (0..self.len).map(|i| (self.nodes[i], self.sums[i], &self.layers[i * self.width..(i + 1) * self.width]))
+    }
+}
+
+/// The colours of two sets of samples together.
+pub(crate) fn add_layers(left: &mut [[f32; 3]], right: &[[f32; 3]]) {
+    for (a, b) in left.iter_mut().zip(right) {
+        *a = std::array::from_fn(|c| a[c] + b[c]);
     }
 }
 
@@ -158,21 +199,25 @@ mod tests {
         PixelSum::of([(i as f32 * 0.37).fract(), 1.0 / (i + 1) as f32, 1e6 * (i % 3) as f32])
     }
 
+    fn layers(i: u32) -> [[f32; 3]; 2] {
+        [sample(i + 1).rgb, sample(7 * i).rgb]
+    }
+
     fn filled(begin: u32, end: u32) -> PixelStack {
-        let mut stack = PixelStack::new(begin);
-        (begin..end).for_each(|i| stack.push(sample(i)));
+        let mut stack = PixelStack::new(begin, 2);
+        (begin..end).for_each(|i| stack.push_layers(sample(i), &layers(i)));
         stack
     }
 
     #[test]
     fn any_interruption_gives_the_same_bits() {
-        let whole: Vec<_> = filled(0, 1000).nodes().collect();
+        let whole = filled(0, 1000);
         for cut in [1, 2, 7, 64, 500, 513, 999] {
             let first = filled(0, cut);
-            let mut second = PixelStack::new(0);
+            let mut second = PixelStack::new(0, 2);
             second.resume(cut, first.nodes());
-            (cut..1000).for_each(|i| second.push(sample(i)));
-            assert!(second.nodes().eq(whole.iter().copied()), "cut at {cut}");
+            (cut..1000).for_each(|i| second.push_layers(sample(i), &layers(i)));
+            assert!(second.nodes().eq(whole.nodes()), "cut at {cut}");
         }
     }
 

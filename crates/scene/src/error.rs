@@ -33,6 +33,12 @@ pub enum Error {
         /// What is wrong with it.
         message: String,
     },
+    /// A scratch file that cannot be written.
+    #[error("the scratch file cannot be written: {message}")]
+    Scratch {
+        /// Why not.
+        message: String,
+    },
     /// A medium that cannot be.
     #[error("medium {name:?}: {source}")]
     Medium {

@@ -19,7 +19,7 @@ pub use camera::{Camera, Projection, SphericalMapping};
 pub use error::Error;
 pub use handle::{Arena, Handle};
 pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
-pub use light::{AreaLight, EnvironmentMapping, Light};
+pub use light::{AreaLight, EnvironmentMapping, Light, LightGroup};
 pub use material::{
     Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput, Translucency,
 };

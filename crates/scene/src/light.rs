@@ -4,6 +4,13 @@ use crate::{Handle, TextureImage};
 use steradian_math::{Point3, Transform, Vec3};
 use steradian_spectrum::Spectrum;
 
+/// Lights that a compositor turns up and down together; every light statement makes one, those with one name make one together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LightGroup {
+    /// The name that the user gave; empty for none.
+    pub name: String,
+}
+
 /// Emission of the surface that carries it.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
@@ -18,6 +25,8 @@ pub struct AreaLight {
     pub power: Option<f32>,
     /// RGB emission over the surface's uv instead of `radiance`.
     pub image: Option<Handle<TextureImage>>,
+    /// What it is turned up and down with.
+    pub group: Option<Handle<LightGroup>>,
 }
 
 /// How an environment map covers the sphere.

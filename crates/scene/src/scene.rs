@@ -1,8 +1,8 @@
 //! The scene: what the user said, as plain data.
 
 use crate::{
-    Arena, Camera, Displacement, FloatTexture, Instance, Light, Material, Medium, Object, Primitive, RenderSettings,
-    SpectrumTexture, TextureImage,
+    Arena, Camera, Displacement, FloatTexture, Handle, Instance, Light, LightGroup, Material, Medium, Object,
+    Primitive, RenderSettings, SpectrumTexture, TextureImage,
 };
 use steradian_bsdf::MeasuredMaterial;
 use steradian_geometry::{BilinearMesh, TriangleMesh};
@@ -36,6 +36,10 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Lights that are not surfaces.
     pub lights: Vec<Light>,
+    /// Groups of lights.
+    pub light_groups: Arena<LightGroup>,
+    /// The groups of `lights`, in their order; a light beyond the end has none.
+    pub groups_of_lights: Vec<Option<Handle<LightGroup>>>,
     /// The camera.
     pub camera: Camera,
     /// Film, filter, sampler, integrator.
@@ -59,6 +63,8 @@ impl Scene {
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
+            light_groups: Arena::default(),
+            groups_of_lights: Vec::new(),
             camera: Camera::default(),
             settings,
         }

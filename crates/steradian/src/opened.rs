@@ -4,11 +4,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use steradian_image::{Scratch, Texels};
 use steradian_load::{Disk, FileAccess, Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
-use steradian_scene::{Scene, World};
+use steradian_scene::{Error, Scene, World};
 use steradian_syntax::Severity;
 
-use crate::args::PictureArgs;
+use crate::args::{PictureArgs, RunArgs};
 use crate::console::Console;
 use crate::failure::{Failure, reason};
 use crate::hashing::Hashing;
@@ -112,15 +113,17 @@ fn report(outcome: &LoadOutcome, console: &Console) {
 }
 
 /// Builds what rendering needs.
-pub(crate) fn build(scene: Scene) -> Result<World, Failure> {
-    World::build(scene).map_err(|e| Failure::Input(e.to_string()))
+pub(crate) fn build(scene: Scene, scratch: Option<&Scratch>) -> Result<World, Failure> {
+    World::build_in(scene, scratch).map_err(|e| match e {
+        Error::Scratch { .. } => Failure::Environment(e.to_string()),
+        other => Failure::Input(other.to_string()),
+    })
 }
 
 /// Refuses a world that would go beyond what the user allows.
-pub(crate) fn check_limit(world: &World, spp: u32, limit: u64) -> Result<(), Failure> {
+pub(crate) fn check_limit(world: &World, film: u64, limit: u64) -> Result<(), Failure> {
     let census = world.census();
-    let scene = (census.tree_bytes + census.mesh_bytes + census.image_bytes) as u64;
-    let film = film_bytes(world.settings().film.size(), spp);
+    let scene = (census.tree_bytes + census.mesh_bytes + census.image_bytes + census.medium_bytes) as u64;
     if scene.saturating_add(film) <= limit {
         return Ok(());
     }
@@ -130,6 +133,35 @@ pub(crate) fn check_limit(world: &World, spp: u32, limit: u64) -> Result<(), Fai
         numbers::bytes(film),
         numbers::bytes(limit)
     )))
+}
+
+/// The file for the pictures of a scene that would take more memory than the user allows, if they do.
+pub(crate) fn scratch(scene: &Scene, film: u64, args: &RunArgs, console: &Console) -> Result<Option<Scratch>, Failure> {
+    let Some(limit) = args.max_memory else { return Ok(None) };
+    let all = |of: fn(&Texels) -> usize| scene.images.iter().map(|i| of(&i.texels) as u64).sum::<u64>();
+    // A picture, the same enlarged to powers of two at the worst, and its halvings.
+    let pictures = all(Texels::bytes) + all(with_halvings);
+    let meshes = scene.triangle_meshes.iter().map(|m| size_of_val(m.positions.as_slice()) as u64).sum::<u64>();
+    if pictures.saturating_add(film).saturating_add(meshes) <= limit.0 || pictures == 0 {
+        return Ok(None);
+    }
+    let folder = args.scratch.clone().unwrap_or_else(std::env::temp_dir);
+    let file = tempfile::tempfile_in(&folder).map_err(|e| {
+        Failure::Environment(format!("no scratch file can be made in {}: {}", folder.display(), reason(&e)))
+    })?;
+    console.say(format_args!(
+        "--max-memory {}: the scene's pictures, {} with their smaller copies, are kept in a file in {}, from which the system reads \
+         what is looked at",
+        numbers::bytes(limit.0),
+        numbers::bytes(pictures),
+        folder.display()
+    ));
+    Ok(Some(Scratch::new(file)))
+}
+
+fn with_halvings(t: &Texels) -> usize {
+    let side = |n: usize| n.checked_next_power_of_two().unwrap_or(n);
+    (side(t.width()) * side(t.height())).saturating_mul(t.channels() * t.kind().bytes()) / 3 * 4
 }
 
 /// Refuses what would not end, unless the user insists.
@@ -152,7 +184,7 @@ pub(crate) fn check_cost(world: &World, insisted: bool) -> Result<(), Failure> {
 /// Refuses a film that cannot fit.
 fn check_memory(scene: &Scene, memory: u64) -> Result<(), Failure> {
     let film = &scene.settings.film;
-    let need = film_bytes(film.size(), scene.settings.sampler.spp);
+    let need = film_bytes(film.size(), scene.settings.sampler.spp, 0);
     if need > memory {
         let [w, h] = film.size();
         return Err(Failure::Input(format!(
@@ -165,12 +197,15 @@ fn check_memory(scene: &Scene, memory: u64) -> Result<(), Failure> {
 }
 
 /// The memory that a film takes while it is rendered and written: one plane of sums for each binary digit of the sample
-/// count, twice (a pass that is interrupted is undone), and the picture, its variance and what is encoded from them.
-fn film_bytes(size: [u32; 2], spp: u32) -> u64 {
+/// count, twice (a pass that is interrupted is undone), and the picture, its variance and what is encoded from them. Each of
+/// `layers` colours that are kept besides is summed as well.
+pub(crate) fn film_bytes(size: [u32; 2], spp: u32, layers: usize) -> u64 {
     const SUM: u64 = 24;
     const PICTURE: u64 = 60;
+    const COLOR: u64 = 12;
     let planes = u64::from(32 - spp.leading_zeros());
-    (u64::from(size[0]) * u64::from(size[1])).saturating_mul(2 * SUM * planes + PICTURE)
+    let sums = 2 * (SUM + COLOR * layers as u64) * planes;
+    (u64::from(size[0]) * u64::from(size[1])).saturating_mul(sums + PICTURE + 2 * COLOR * layers as u64)
 }
 
 /// The machine's memory, where the system says; otherwise a size that no picture needs by mistake.
@@ -187,8 +222,8 @@ mod tests {
 
     #[test]
     fn memory_of_absurd_films_does_not_overflow() {
-        assert_eq!(film_bytes([u32::MAX, u32::MAX], u32::MAX), u64::MAX);
-        assert_eq!(film_bytes([1, 1], 1), 108);
+        assert_eq!(film_bytes([u32::MAX, u32::MAX], u32::MAX, 0), u64::MAX);
+        assert_eq!(film_bytes([1, 1], 1, 0), 108);
         assert!(machine_memory() > 1 << 20);
     }
 }

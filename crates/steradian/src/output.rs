@@ -8,7 +8,7 @@ use steradian_image::{
     Attribute, Chromaticities, Exposure, Format, Image, Metadata, Operator, Precision, ToneMap, Window, WriteOptions,
     encode, write_bytes_atomically,
 };
-use steradian_render::{Film, Rendered};
+use steradian_render::{CLAMPED, Film, OUTLIERS, Rendered, read_layers};
 use steradian_scene::{FilmSettings, IntegratorKind, RenderSettings};
 use steradian_spectrum::ColorSpace;
 
@@ -16,8 +16,8 @@ use crate::args::{OutputArgs, PictureArgs, ToneMapArg};
 use crate::console::Console;
 use crate::failure::{Failure, reason};
 use crate::numbers::ExposureArg;
-use crate::overrides;
 use crate::stop::StopArgs;
+use crate::{aov, overrides};
 
 /// The files to write, checked before any work is done.
 pub(crate) struct Outputs {
@@ -226,7 +226,10 @@ pub(crate) fn manifest(story: &Story) -> Metadata {
     meta.set("steradian.integrator", text(overrides::integrator_name(settings.integrator.kind)));
     meta.set("steradian.maxDepth", int(settings.integrator.max_depth));
     meta.set("steradian.color", text(overrides::color_name(settings.color)));
-    let biased = biased_options(settings);
+    let mut biased = biased_options(settings);
+    if story.picture.filter_outliers {
+        biased.push("filter-outliers");
+    }
     if !biased.is_empty() {
         meta.set("steradian.biased", text(biased.join(", ")));
     }
@@ -246,6 +249,57 @@ pub(crate) fn note_of_metadata(metadata: &Metadata) -> Vec<u8> {
 /// And back.
 pub(crate) fn metadata_of_note(note: &[u8]) -> Option<Metadata> {
     steradian_image::read(note, "description.exr").ok().map(|i| i.metadata)
+}
+
+/// What an option took from the picture.
+pub(crate) struct Taken {
+    /// The layer that holds it.
+    pub name: String,
+    /// The share of all light.
+    pub share: f64,
+}
+
+/// Takes from the picture what outliers add, and adds its layers; what was taken away.
+pub(crate) fn add_layers(
+    picture: &mut Image,
+    film: &Film,
+    names: &[String],
+) -> Result<Vec<Taken>, steradian_image::Error> {
+    let mut taken = Vec::new();
+    let sum = |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|&v| f64::from(v)).sum::<f64>();
+    let seen = sum(&film.mean());
+    for (name, pixels) in read_layers(film, names) {
+        let all = if name == CLAMPED { seen + sum(&pixels) } else { seen };
+        if name == OUTLIERS {
+            for (c, channel) in ["R", "G", "B"].into_iter().enumerate() {
+                let Some(plane) = picture.channel_mut(channel) else { continue };
+                plane.iter_mut().zip(&pixels).for_each(|(v, p)| *v -= p[c]);
+            }
+        }
+        if name == OUTLIERS || name == CLAMPED {
+            let share = if all > 0.0 { sum(&pixels) / all } else { 0.0 };
+            picture.metadata.set(&format!("steradian.{name}Share"), Attribute::Double(share));
+            taken.push(Taken { name: name.clone(), share });
+        }
+        aov::planes(picture, &name, ["R", "G", "B"], pixels.iter().copied())?;
+    }
+    Ok(taken)
+}
+
+impl Taken {
+    /// What it did to the picture, in words.
+    pub fn say(&self, console: &Console) {
+        let (option, what) = if self.name == CLAMPED {
+            ("the limit on samples", "scaled down")
+        } else {
+            ("the outlier filter", "left out")
+        };
+        console.warning(format_args!(
+            "{option} {what} {} of the light: the picture is biased by that; {}.R .G .B of an .exr show where",
+            crate::progress::percent(self.share),
+            self.name
+        ));
+    }
 }
 
 /// The picture, and the variance of its pixels' means, with all that they say about themselves.
@@ -325,7 +379,7 @@ pub(crate) fn is_raw_name(integrator: &str) -> bool {
 /// The settings that make the picture converge to something else than the scene.
 pub(crate) fn biased_options(settings: &RenderSettings) -> Vec<&'static str> {
     [
-        (settings.film.max_component_value.is_finite(), "maxcomponentvalue"),
+        (settings.film.max_component_value.is_finite(), "clamp"),
         (settings.integrator.regularize, "regularize"),
         (settings.force_diffuse, "forcediffuse"),
         (settings.disable_pixel_jitter, "disablepixeljitter"),

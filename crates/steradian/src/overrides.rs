@@ -43,6 +43,9 @@ pub(crate) fn apply(picture: &PictureArgs, scene: &mut Scene, console: &Console)
     if let Some(depth) = picture.max_depth {
         settings.integrator.max_depth = depth;
     }
+    if let Some(most) = picture.clamp {
+        settings.film.max_component_value = most.0;
+    }
     if let Some(color) = picture.color {
         settings.color = match color {
             ColorArg::Rgb => ColorMode::Rgb,
@@ -161,7 +164,11 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
     add("integrator", named(picture.integrator));
     add("sampler", named(picture.sampler));
     add("max-depth", picture.max_depth.map(|v| v.to_string()));
+    add("clamp", picture.clamp.map(|v| v.to_string()));
     add("color", named(picture.color));
+    if picture.filter_outliers {
+        out += " --filter-outliers";
+    }
     crate::technique_args::as_typed(&picture.technique, &mut out);
     out
 }
@@ -182,13 +189,15 @@ mod tests {
             integrator: Some(IntegratorArg::Ao),
             sampler: Some(SamplerArg::ZSobol),
             max_depth: Some(3),
+            clamp: Some(crate::numbers::Positive(2.5)),
+            filter_outliers: true,
             color: Some(ColorArg::Rgb),
             technique: crate::technique_args::TechniqueArgs { split: Some(4), ..Default::default() },
         };
         assert_eq!(
             as_typed(&picture),
             " --spp 8 --sampler-spp 64 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
-             --max-depth 3 --color rgb --split 4"
+             --max-depth 3 --clamp 2.5 --color rgb --filter-outliers --split 4"
         );
         assert_eq!(as_typed(&PictureArgs::default()), "");
     }

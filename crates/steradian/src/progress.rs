@@ -115,7 +115,7 @@ fn as_json(p: &Progress) -> Value {
     set("planned_samples_per_pixel", if p.spp[1] == ENDLESS_SPP { Value::Null } else { json!(p.spp[1]) });
     set("rays", json!(p.rays));
     set("rays_per_second", json!(p.rays as f64 / p.elapsed.as_secs_f64().max(1e-9)));
-    set("relative_error", json!(p.relative_error.filter(|e| e.is_finite())));
+    set("relative_error", json!(p.error));
     set("error_bound", json!(p.bound.filter(|b| b.is_finite())));
     set("elapsed_seconds", json!(p.elapsed.as_secs_f64()));
     set("seconds_left", json!(time_left(p).map(|d| d.as_secs_f64())));
@@ -131,7 +131,7 @@ fn summary(r: &Rendered, files: &[String]) -> Value {
     set("least_samples_per_pixel", json!(least));
     set("most_samples_per_pixel", json!(most));
     set("rays", json!(r.rays.total()));
-    set("relative_error", json!(r.film.relative_error().filter(|e| e.is_finite())));
+    set("relative_error", json!(r.error));
     set("error_bound", json!(r.bound));
     set("bad_samples", json!(r.bad_count));
     set("elapsed_seconds", json!(r.elapsed.as_secs_f64()));
@@ -154,7 +154,7 @@ fn describe(p: &Progress) -> String {
         format!("{} of {} samples", p.spp[0], p.spp[1])
     };
     out += &format!(", {:.1} Mrays/s", numbers::mega_rate(p.rays, p.elapsed));
-    if let Some(error) = p.relative_error {
+    if let Some(error) = p.error {
         out += &format!(", error {}", percent(error));
     }
     if let Some(bound) = p.bound.filter(|b| b.is_finite()) {
@@ -167,7 +167,7 @@ fn describe(p: &Progress) -> String {
 }
 
 /// A share with two digits.
-pub(crate) fn percent(v: f32) -> String {
+pub(crate) fn percent(v: f64) -> String {
     let v = v * 100.0;
     if v < 10.0 { format!("{v:.1} %") } else { format!("{v:.0} %") }
 }
@@ -188,7 +188,7 @@ mod tests {
             fraction: 0.25,
             rays: 8_000_000,
             elapsed: Duration::from_secs(4),
-            relative_error: Some(0.042),
+            error: Some(0.042),
             bound: None,
         }
     }
@@ -197,7 +197,7 @@ mod tests {
     fn progress_in_words() {
         let p = example();
         assert_eq!(describe(&p), "12 of 64 samples, 2.0 Mrays/s, error 4.2 %, 12 s left");
-        let start = Progress { fraction: 0.0, relative_error: None, rays: 0, ..p };
+        let start = Progress { fraction: 0.0, error: None, rays: 0, ..p };
         assert_eq!(describe(&start), "12 of 64 samples, 0.0 Mrays/s");
         let endless = Progress { spp: [12, ENDLESS_SPP], bound: Some(0.031), ..start };
         assert_eq!(describe(&endless), "12 samples, 0.0 Mrays/s, bound 3.1%");

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use steradian_image::{Format, Metadata};
-use steradian_render::{Adaptive, BadSample, Fault, Label, Outcome, Rendered, Snapshot, Task};
+use steradian_render::{Adaptive, BadSample, Fault, Label, Layers, Outcome, Rendered, Snapshot, Task};
 use steradian_scene::{IntegratorKind, RenderSettings, World};
 
 use crate::aov::{self, Aov};
@@ -15,10 +15,10 @@ use crate::console::Console;
 use crate::failure::{DONE, Failure, INTERRUPTED};
 use crate::numbers::ExposureArg;
 use crate::oidn::Oidn;
-use crate::output::{self, Outputs, Story};
+use crate::output::{self, Outputs, Story, Taken};
 use crate::progress::{Display, percent};
 use crate::watch::Watch;
-use crate::{again, counting, denoise, interrupt, keep, numbers, opened, overrides, stop, technique_args};
+use crate::{again, counting, denoise, interrupt, keep, numbers, opened, overrides, stop, technique_args, tev};
 
 /// Renders and writes; the exit code.
 pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
@@ -33,6 +33,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let early = if known { Some(prepare(args, part, None)?) } else { None };
     let oidn = if args.denoise { Some(Oidn::load().map_err(Failure::Environment)?) } else { None };
     let resume = keep::open(&args.keep)?;
+    let viewer = args.run.tev.as_deref().map(tev::connect).transpose()?;
 
     let display = Display::new(args.run.progress, &console);
     display.phase("load");
@@ -50,9 +51,13 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     }
     display.phase("build");
     let start = Instant::now();
-    let world = opened::build(opened.scene)?;
+    let size = opened.scene.settings.film.size();
+    let film = |layers| opened::film_bytes(size, spp.min(1 << 12), layers);
+    let scratch = opened::scratch(&opened.scene, film(0), &args.run, &console)?;
+    let world = opened::build(opened.scene, scratch.as_ref())?;
+    let layers = aov::layers(&args.aov, args.picture.filter_outliers, &world)?;
     if let Some(limit) = args.run.max_memory {
-        opened::check_limit(&world, spp.min(1 << 12), limit.0)?;
+        opened::check_limit(&world, film(layers.width()), limit.0)?;
     }
     opened::check_cost(&world, args.run.yes)?;
     for what in technique_args::idle(&args.picture.technique, &world) {
@@ -68,7 +73,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let threads = args.run.threads.map_or_else(default_threads, usize::from);
     let share = keep::share(args.keep.shard, world.settings().film.pixel_bounds);
     let goals = args.stop.goals(share, &args.output);
-    let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share);
+    let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share, &layers);
     if let (Some(snapshot), Some(path)) = (&resume, &args.keep.checkpoint) {
         keep::check(path, snapshot, &identity)?;
         let done = snapshot.film.average_samples();
@@ -84,18 +89,19 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let manifest = output::manifest(&story);
     let note = output::note_of_metadata(&manifest);
     let label = Label { identity: &identity, note: &note };
-    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), &console);
+    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), viewer, &console);
     let working = interrupt::Working::begin();
-    let task = Task { world: &world, plan: args.stop.plan(spp, threads), goals, label, resume };
-    let taken = task.resume.as_ref().map_or(0, |s| s.film.total_samples());
+    let plan = args.stop.plan(spp, threads);
+    let task = Task { world: &world, plan, goals, layers: &layers, label, resume };
+    let before = task.resume.as_ref().map_or(0, |s| s.film.total_samples());
     let (rendered, counters) = quietly(|| counting::run(task, args.run.counters.is_some(), &watch, interrupt::flag()));
-    watch.display.finish();
+    watch.finish(&rendered.film);
     watch.display.phase("write");
     report_bad_samples(&rendered, args, &console);
-    let mut failed =
-        write(&rendered, &outputs, &watch, part, (&manifest, threads), label, (&args.aov, &world, oidn.as_ref()));
+    let extras = Extras { aovs: &args.aov, layers: &layers, world: &world, oidn: oidn.as_ref() };
+    let (mut failed, taken) = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, &extras);
     if let (Some(path), Some(counters)) = (&args.run.counters, &counters) {
-        let samples = rendered.film.total_samples().saturating_sub(taken);
+        let samples = rendered.film.total_samples().saturating_sub(before);
         failed.extend(counting::write(path, &counting::json(counters, samples), &console).err());
     }
     drop(working);
@@ -103,12 +109,21 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
         return Err(Failure::Environment(failed.join("\n")));
     }
     summary(&rendered, &outputs, args, part, &console);
+    taken.iter().for_each(|t| t.say(&console));
     let files = outputs.pictures.iter().chain(&outputs.variance).map(PathBuf::as_path).chain(part);
     watch.display.summary(&rendered, &files.map(|p| p.display().to_string()).collect::<Vec<_>>());
     Ok(if rendered.outcome == Outcome::Interrupted { INTERRUPTED } else { DONE })
 }
 
-/// Writes the checkpoint, the part and the pictures: everything that can be written. What could not.
+/// What goes into the picture's file besides the picture.
+struct Extras<'a> {
+    aovs: &'a [Aov],
+    layers: &'a Layers,
+    world: &'a World,
+    oidn: Option<&'a Oidn>,
+}
+
+/// Writes the checkpoint, the part and the pictures: everything that can be written. What could not; and what biased options took.
 fn write(
     rendered: &Rendered,
     outputs: &Outputs,
@@ -116,9 +131,10 @@ fn write(
     part: Option<&Path>,
     (manifest, threads): (&Metadata, usize),
     label: Label,
-    (aovs, world, oidn): (&[Aov], &World, Option<&Oidn>),
-) -> Vec<String> {
-    let mut failed = Vec::new();
+    extras: &Extras,
+) -> (Vec<String>, Vec<Taken>) {
+    let Extras { aovs, layers, world, oidn } = *extras;
+    let (mut failed, mut taken) = (Vec::new(), Vec::new());
     if watch.keeper.is_some() || part.is_some() {
         let bytes = rendered.encode(&label);
         failed.extend(watch.keeper.as_ref().and_then(|k| k.finish(&bytes).err()));
@@ -126,6 +142,10 @@ fn write(
     }
     if part.is_none() {
         let (mut picture, variance) = output::images(rendered, manifest, Some(threads));
+        match output::add_layers(&mut picture, &rendered.film, layers.names()) {
+            Ok(found) => taken = found,
+            Err(e) => failed.push(format!("what was kept beside the picture cannot be added: {e}")),
+        }
         // A second signal ends the program at once; the first one, which ended the render, does not end this.
         match aov::add(&mut picture, aovs, rendered, world, threads, &AtomicBool::new(false)) {
             Ok(_) => {}
@@ -138,7 +158,7 @@ fn write(
         }
         failed.extend(outputs.write(&picture, Some(&variance), watch.raw));
     }
-    failed
+    (failed, taken)
 }
 
 /// The file for a part of a distributed render, if one is to be made.
@@ -176,7 +196,14 @@ fn prepare(args: &RenderArgs, part: Option<&Path>, scene_file: Option<&str>) -> 
         Some(Format::Png) => aov == Aov::Alpha,
         _ => false,
     };
-    if let Some(lost) = args.aov.iter().find(|&&aov| !outputs.pictures.iter().any(|p| takes(p, aov))) {
+    if let (Some(_), Some(lost)) = (part, args.aov.iter().find(|a| !a.is_light())) {
+        return Err(Failure::Input(format!(
+            "--aov {}: a part keeps light only; merge adds variance, samples and error, and a render of its own what is seen",
+            lost.name()
+        )));
+    }
+    if let Some(lost) = args.aov.iter().find(|&&aov| part.is_none() && !outputs.pictures.iter().any(|p| takes(p, aov)))
+    {
         return Err(Failure::Input(format!("--aov {} needs an .exr to be written to", lost.name())));
     }
     if args.denoise && !outputs.pictures.iter().any(|p| takes(p, Aov::Depth)) {
@@ -291,7 +318,7 @@ fn summary(rendered: &Rendered, outputs: &Outputs, args: &RenderArgs, part: Opti
         stop::samples_in_words(rendered),
         numbers::duration(rendered.elapsed),
         numbers::mega_rate(rendered.rays.total(), rendered.elapsed),
-        rendered.film.relative_error().map_or(String::new(), |e| format!(", error {}", percent(e))),
+        rendered.error.map_or(String::new(), |e| format!(", error {}", percent(e))),
     ));
     if let Some(bound) = rendered.bound {
         console.say(args.stop.statement(bound));

@@ -8,7 +8,9 @@ use clap::Args;
 use steradian_bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Lobe, TransportMode, TrowbridgeReitz};
 use steradian_load::{Input, LoadOptions, Memory, load_pbrt};
 use steradian_math::{Vec3, sin_cos};
-use steradian_render::{Goals, Identity, Label, Part, Plan, Quiet, Rendered, Share, Snapshot, Task, join, render, run};
+use steradian_render::{
+    Goals, Identity, Label, Layers, Part, Plan, Quiet, Rendered, Share, Snapshot, Task, join, render, run,
+};
 use steradian_sampling::rng::Rng;
 use steradian_sampling::statistics::chi_square_quantile;
 use steradian_scene::World;
@@ -224,7 +226,11 @@ fn parts_agree(threads: usize) -> Result<String, String> {
         let label = Label { identity: &identity, note: &[] };
         let plan = Plan { spp: 9, threads, time_limit: None };
         let goals = Goals { share, ..Goals::default() };
-        let part = run(Task { world: &world, plan, goals, label, resume: None }, &Quiet, &AtomicBool::new(false));
+        let part = run(
+            Task { world: &world, plan, goals, layers: &Layers::default(), label, resume: None },
+            &Quiet,
+            &AtomicBool::new(false),
+        );
         parts.push(Snapshot::decode(&part.encode(&label)).map_err(|e| e.to_string())?);
     }
     let films: Vec<_> = parts.iter().rev().map(|p| &p.film).collect();

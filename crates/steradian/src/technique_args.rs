@@ -34,7 +34,7 @@ pub(crate) struct TechniqueArgs {
     #[arg(long, value_name = "KIND|DOMAIN=KIND,...")]
     pub stratify: Option<StratifyArg>,
 
-    /// End weak paths by chance: on, off, or the throughput below which
+    /// End weak paths by chance: on (below a throughput of 0.5), off, or the throughput below which
     #[arg(long, value_name = "on|off|THRESHOLD")]
     pub roulette: Option<RouletteArg>,
 
@@ -122,7 +122,7 @@ impl FromStr for RouletteArg {
     type Err = String;
     fn from_str(s: &str) -> Result<Self, String> {
         match s {
-            "on" => Ok(Self(Some(1.0))),
+            "on" => Ok(Self(Some(steradian_scene::Techniques::ROULETTE))),
             "off" => Ok(Self(None)),
             number => match number.parse::<f32>() {
                 Ok(t) if t > 0.0 && t <= 1.0 => Ok(Self(Some(t))),

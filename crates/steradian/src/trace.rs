@@ -22,7 +22,7 @@ pub(crate) fn run(args: &TraceArgs, console: &Console) -> Result<u8, Failure> {
     if x >= w || y >= h {
         return Err(Failure::Input(format!("--pixel {x},{y} lies outside the picture of {w} x {h} pixels")));
     }
-    let world = opened::build(opened.scene)?;
+    let world = opened::build(opened.scene, None)?;
     let pixel_sampler = PixelSampler::new(&world);
     let mut sampler = Sampler::new(&world.settings().sampler);
     let mut record = PathRecord::default();

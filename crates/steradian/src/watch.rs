@@ -1,17 +1,19 @@
 //! Everything that goes on beside a render: progress, checkpoints, the preview.
 
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use steradian_image::Metadata;
-use steradian_render::{Film, Observer, Progress};
+use steradian_render::{Film, Observer, Progress, Tile};
 
 use crate::args::RenderArgs;
 use crate::console::Console;
 use crate::keep::Keeper;
 use crate::output::{self, Outputs};
 use crate::progress::Display;
+use crate::tev::Tev;
 
 /// The observer of a render that a person or a program has asked for.
 pub(crate) struct Watch<'a> {
@@ -22,6 +24,7 @@ pub(crate) struct Watch<'a> {
     /// Whether pixels are numbers that no exposure may change.
     pub raw: bool,
     preview: Option<Preview>,
+    tev: Option<Tev>,
     outputs: &'a Outputs,
     manifest: &'a Metadata,
     console: Console,
@@ -41,11 +44,29 @@ impl<'a> Watch<'a> {
         outputs: &'a Outputs,
         manifest: &'a Metadata,
         raw: bool,
+        viewer: Option<TcpStream>,
         console: &Console,
     ) -> Self {
+        let tev = viewer.map(|stream| Tev::start(stream, &name(outputs), manifest));
         let preview = args.run.preview.clone();
         let preview = preview.map(|path| Preview { path, next: Mutex::new(Some(Instant::now())) });
-        Self { display, keeper: Keeper::new(&args.keep), raw, preview, outputs, manifest, console: *console }
+        let keeper = Keeper::new(&args.keep);
+        Self { display, keeper, raw, preview, tev, outputs, manifest, console: *console }
+    }
+
+    /// The last word to whoever watches.
+    pub fn finish(&self, film: &Film) {
+        self.display.finish();
+        if let Some(tev) = &self.tev {
+            tev.finish(film);
+            self.report_tev(tev);
+        }
+    }
+
+    fn report_tev(&self, tev: &Tev) {
+        if let Some(what) = tev.take_failure() {
+            self.console.warning(format_args!("{what}; rendering goes on without it"));
+        }
     }
 
     fn show(&self, film: &Film, preview: &Preview) {
@@ -67,6 +88,12 @@ impl<'a> Watch<'a> {
     }
 }
 
+/// What a viewer calls the picture.
+fn name(outputs: &Outputs) -> String {
+    let file = outputs.pictures.first().and_then(|p| p.file_name());
+    file.map_or("steradian".into(), |n| n.to_string_lossy().into_owned())
+}
+
 impl Observer for Watch<'_> {
     fn progress(&self, progress: &Progress) {
         self.display.progress(progress);
@@ -75,8 +102,18 @@ impl Observer for Watch<'_> {
         }
     }
 
+    fn tile(&self, tile: &Tile) {
+        if let Some(tev) = &self.tev {
+            tev.tile(tile);
+        }
+    }
+
     fn pass(&self, film: &Film, progress: &Progress) {
         self.display.progress(progress);
+        if let Some(tev) = &self.tev {
+            tev.pass(film);
+            self.report_tev(tev);
+        }
         if let Some(preview) = &self.preview {
             self.show(film, preview);
         }

@@ -92,6 +92,23 @@ fn regular_grids_know_no_seed() {
     f.ok("compare --exact a.exr again.exr");
 }
 
+/// The slide's own numbers are refused with what they would cost, before anything is written.
+#[test]
+fn the_laboratory_refuses_what_would_not_end() {
+    let f = Folder::empty().with("file", "");
+    for (line, code, said) in [
+        ("lab cost --brute-force m=1000,k=8,a=8,s=8,r=8,d=8,n=1000000,l=4", 2, "years at 1e8 tests a second"),
+        ("lab mis --brute-force k=2", 2, "for the topic 'cost'"),
+        ("lab cost --brute-force q=2", 2, "none of the slide's m, k, a, s, r, d, n, l"),
+        ("lab penumbr", 2, "did you mean 'penumbra'?"),
+        ("lab cost -o file", 3, "cannot write file"),
+    ] {
+        let ran = f.run(line);
+        assert!(ran.code == Some(code) && ran.err.contains(said), "{line}: {:?} {}", ran.code, ran.err);
+    }
+    assert_eq!(f.list(), ["file"]);
+}
+
 #[test]
 fn switches_without_effect_are_named() {
     let f = Folder::with_scene();

@@ -217,7 +217,7 @@ impl VolPath {
         while let Some(c) = flight.next(u) {
             u = rng.f32();
             let (majorant, point) = (c.majorant[hero], c.point);
-            walk.add_medium_emission(&c, wavelengths);
+            walk.add_medium_emission(&c, wavelengths, record);
 
             // Choose the kind of collision by the hero's coefficients.
             let (absorb, scatter) = (point.sigma_a[hero] / majorant, point.sigma_s[hero] / majorant);

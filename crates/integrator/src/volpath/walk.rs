@@ -6,7 +6,7 @@ use crate::record::{self, Contribution, RayKind, Record, Technique};
 use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, TransportMode};
 use steradian_math::{Frame, Point3, Ray, Vec3};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
-use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, World};
+use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Where a path is and what it has gathered.
@@ -57,12 +57,12 @@ impl Walk {
     #[inline]
     pub fn survival(&self, w: &Wavelengths) -> f32 {
         let left = self.beta * (self.eta_scale / self.hero.average(self.r_u, w));
-        if self.depth > 1 { left.max_component().min(1.0) } else { 1.0 }
+        if self.depth > 1 { (left.max_component() / Techniques::ROULETTE).min(1.0) } else { 1.0 }
     }
 
     /// Adds emission of the medium at a collision; light sampling does not look for it.
     #[inline]
-    pub fn add_medium_emission(&mut self, c: &Collision, w: &Wavelengths) {
+    pub fn add_medium_emission<R: Record>(&mut self, c: &Collision, w: &Wavelengths, record: &mut R) {
         let source = c.point.sigma_a * c.point.emission;
         if source.is_black() {
             return;
@@ -70,7 +70,11 @@ impl Walk {
         let density = c.transmittance * (1.0 / c.majorant[self.hero.lane]);
         let r_e = self.hero.average(self.r_u * c.majorant * density, w);
         if r_e > 0.0 {
-            self.radiance += self.beta * density * source * (1.0 / r_e);
+            let value = self.beta * density * source * (1.0 / r_e);
+            self.radiance += value;
+            if R::LIGHT {
+                record.contribution(Contribution::only_way(self.depth, None, self.ray.d, Some(c.p), value));
+            }
         }
     }
 
@@ -100,7 +104,7 @@ impl Walk {
         }
         let value = self.beta * emitted * (1.0 / both);
         self.radiance += value;
-        if R::DETAILED {
+        if R::LIGHT {
             record.contribution(Contribution {
                 depth: self.depth,
                 technique: Technique::Hit,
@@ -162,7 +166,7 @@ impl Walk {
         let both = self.hero.average(self.r_u * (r_l + r_u), w) * sample.pdf;
         let value = if both > 0.0 { value * t * (1.0 / both) } else { Lanes::ZERO };
         self.radiance += value;
-        if R::DETAILED {
+        if R::LIGHT {
             record.contribution(Contribution {
                 depth: self.depth,
                 technique: Technique::LightSampling,

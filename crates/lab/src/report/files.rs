@@ -2,7 +2,7 @@
 
 use super::Report;
 use crate::Error;
-use crate::experiment::{Block, Experiment, Figure, Picture, Table};
+use crate::experiment::{Block, Experiment, Figure, Picture, Setting, Table};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -75,11 +75,11 @@ fn json(report: &Report) -> Value {
         "effort": format!("{:?}", report.setting.effort).to_lowercase(),
         "seed": report.setting.seed,
         "false_alarm": crate::FALSE_ALARM,
-        "sections": report.sections.iter().map(|s| section(&s.experiment, s.seconds)).collect::<Vec<_>>(),
+        "sections": report.sections.iter().map(|s| section(&s.experiment, s.seconds, &report.setting)).collect::<Vec<_>>(),
     })
 }
 
-fn section(e: &Experiment, seconds: f64) -> Value {
+fn section(e: &Experiment, seconds: f64, setting: &Setting) -> Value {
     let finite = |v: f64| v.is_finite().then_some(v);
     let mut figures = Vec::new();
     let mut tables = Vec::new();
@@ -112,7 +112,7 @@ fn section(e: &Experiment, seconds: f64) -> Value {
         "lecture": e.lecture,
         "method": e.method,
         "result": e.result,
-        "command": e.topic.command(),
+        "command": setting.command(e.topic),
         "seconds": seconds,
         "claims": e.claims,
         "figures": figures,

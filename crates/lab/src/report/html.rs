@@ -2,7 +2,7 @@
 
 use super::plot::{self, COLOURS};
 use super::{Report, Section, files};
-use crate::experiment::{Block, Experiment, Figure, Mark, Picture, Table};
+use crate::experiment::{Block, Experiment, Figure, Mark, Picture, Setting, Table};
 use crate::slides::{QUESTIONS, SLIDES};
 use crate::{Claim, Error, Verdict};
 use std::fmt::Write as _;
@@ -23,7 +23,7 @@ pub fn page(report: &Report) -> Result<String, Error> {
         introduction(report)
     );
     for section in &report.sections {
-        out.push_str(&chapter(section)?);
+        out.push_str(&chapter(section, &report.setting)?);
     }
     out.push_str(&questions(report));
     out.push_str(&slides(report));
@@ -57,7 +57,7 @@ fn introduction(report: &Report) -> String {
            <a href=\"#errata\">Errata</a></p></nav>"
 }
 
-fn chapter(section: &Section) -> Result<String, Error> {
+fn chapter(section: &Section, setting: &Setting) -> Result<String, Error> {
     let e = &section.experiment;
     let mut out = format!(
         "<section id=\"{}\"><h2>{}</h2><blockquote>{}</blockquote><p><strong>Experiment.</strong> {}</p>\
@@ -67,7 +67,7 @@ fn chapter(section: &Section) -> Result<String, Error> {
         escape(e.lecture),
         escape(&e.method),
         escape(&e.result),
-        escape(&e.topic.command()),
+        escape(&setting.command(e.topic)),
         section.seconds
     );
     let mut figures_open = false;
@@ -205,7 +205,9 @@ fn questions(report: &Report) -> String {
         });
         let text = match answer {
             Some((topic, a)) => format!("{} <a href=\"#{topic}\">{topic}</a>", escape(&a.text)),
-            None => format!("<span class=\"soft\">Run <code>{}</code>.</span>", escape(&q.topic.command())),
+            None => {
+                format!("<span class=\"soft\">Run <code>{}</code>.</span>", escape(&report.setting.command(q.topic)))
+            }
         };
         let _ = write!(
             out,
@@ -230,7 +232,7 @@ fn slides(report: &Report) -> String {
             out,
             "<tr><td>{}</td><td>{name}</td><td><code>{}</code></td></tr>",
             escape(slide),
-            escape(&topic.command())
+            escape(&report.setting.command(*topic))
         );
     }
     out + "</tbody></table></div></section>"

@@ -2,12 +2,13 @@
 //! and the bias of stopping early.
 
 use super::prelude::*;
-use crate::stage::{Rgb, Vertex, Weights};
-use steradian_sampling::Sampler;
+use crate::stage::Builder;
+use std::sync::atomic::AtomicBool;
+use steradian_render::{Adaptive, Goals, Identity, Label, Plan, Quiet, Rendered, Task, contrast, run as run_task};
 use steradian_scene::World;
 
 const TOPIC: Topic = Topic::Adaptive;
-/// Rays per pixel before the first decision.
+/// Rays before the decision in the model of one pixel.
 const PILOT: u32 = 4;
 
 /// Runs the topic.
@@ -17,170 +18,179 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         "Adaptive sampling",
         "Casting many rays per pixel can be unnecessarily costly. If there are no rapid changes in intensity at the pixel, maybe only a few \
          samples are needed. When do we decide to cast more rays in a particular area?",
-        "Four rays per pixel, then more where the contrast (I_max − I_min)/(I_max + I_min) of the pixel and its neighbours passes a threshold \
-         (Mitchell 1987), or where the estimated variance is largest. The first rays decide and are then thrown away, or kept: keeping \
-         them is the bias of stopping early, which is known in closed form for a pixel that an edge crosses.",
+        "The renderer's own adaptive sampling, by two criteria. Contrast, the classical one (Whitted 1980, Mitchell 1987): the first two rays \
+         of each pixel are averaged, and where (I_max − I_min)/(I_max + I_min) over a pixel and its neighbours passes a threshold, a tile of \
+         4 x 4 pixels gets eight times the rays of the others. Error, the statistical one: from 32 rays on, tiles of 16 x 16 get rays in \
+         proportion to the deviation that was measured. Then the bias: rays that decide may not be counted, or what is stopped at is what \
+         looked as if nothing was there; that bias is known in closed form for a pixel that an edge crosses, and measured for the renderer.",
     );
-    let (contrast, statistical) = pictures(&mut e, setting)?;
-    let bias = stopping(&mut e, setting);
+    let [contrast, statistical] = pictures(&mut e, setting)?;
+    let [(bias, within), (kept_bias, kept_within)] = renderer_bias(&mut e, setting)?;
+    let one_pixel = stopping(&mut e, setting);
     e.result = format!(
-        "At equal rays, the contrast criterion has {contrast:.2} and the statistical one {statistical:.2} times the squared error of uniform \
-         sampling. Keeping the rays that decided makes a pixel of which 1/20 is covered {bias:.0} % too dark or bright; with fresh rays after \
-         the decision the mean is right."
+        "At equal rays, the contrast criterion has {contrast:.2} and the statistical one {statistical:.2} times the squared relative error of uniform \
+         sampling. Keeping the rays that decided makes a pixel of which 1/20 is covered {one_pixel:.0} % too dark. The renderer avoids that: \
+         contrast throws the two rays away that decide, and its bias is {bias:+.1} ± {within:.1} %. The statistical criterion keeps its rays, \
+         but decides late, over many pixels, and again and again: {kept_bias:+.1} ± {kept_within:.1} % here, falling like 1/N where the error \
+         falls like 1/√N."
     );
     e.answer(
         3,
-        format!("Where the contrast between the rays of a pixel and of its neighbours, or their estimated variance, is high: edges, textures, penumbrae. At equal rays that leaves {contrast:.2} (contrast) and {statistical:.2} (variance) of the squared error. The rays that decide must not be counted twice, or the mean shifts."),
+        format!(
+            "Where the contrast between the rays of a pixel and of its neighbours, or their estimated variance, is high: edges, textures, \
+             penumbrae. At equal rays that leaves {contrast:.2} (contrast) and {statistical:.2} (error) of the squared relative error. The rays that \
+             decide must not be counted twice, or the mean shifts."
+        ),
     );
     Ok(e)
 }
 
-fn shade(world: &World, pixel: [u32; 2], s: &mut Sampler) -> Rgb {
-    let v = Vertex::of_pixel(world, pixel, s);
-    match &v {
-        Vertex::Surface(p) => stage::add(p.emitted, p.light(s.next_1d(), s.next_2d(), Weights::None)),
-        Vertex::Sky(c) => *c,
-    }
+/// The criteria, with their names.
+const CRITERIA: [(Adaptive, &str); 3] =
+    [(Adaptive::No, "uniform"), (Adaptive::Contrast, "contrast"), (Adaptive::Error, "error")];
+
+/// One render with the renderer's own adaptive sampling.
+fn rendered(world: &World, criterion: Adaptive, spp: u32, threads: usize) -> Rendered {
+    let identity = Identity::new();
+    let task = Task {
+        world,
+        plan: Plan { spp, threads, time_limit: None },
+        goals: Goals { adaptive: criterion, ..Goals::default() },
+        layers: &steradian_render::Layers::default(),
+        label: Label { identity: &identity, note: &[] },
+        resume: None,
+    };
+    run_task(task, &Quiet, &AtomicBool::new(false))
 }
 
-/// What the pilot rays of a pixel told.
-#[derive(Clone, Copy)]
-struct Pilot {
-    low: f64,
-    high: f64,
-    variance: f64,
+/// Rays per pixel, those included that decided and do not count.
+fn spent(rendered: &Rendered, criterion: Adaptive) -> f64 {
+    let pilot = if criterion == Adaptive::Contrast { f64::from(contrast::PILOT) } else { 0.0 };
+    rendered.film.average_samples() + pilot
 }
 
-fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> {
-    let size = setting.effort.pick([40, 30], [120, 90], [280, 210]);
-    let (width, height) = (size[0] as usize, size[1] as usize);
+/// Flat colours: the rapid changes are edges and shadows.
+fn world(size: [u32; 2], seed: u64) -> Result<World, Error> {
     let mut b = stage::penumbra(size, SamplerKind::Independent, true);
-    // Flat colours: the rapid changes are edges and shadows.
     let flat = b.diffuse([0.7; 3]);
     if let Some(floor) = b.scene.primitives.first_mut() {
         floor.material = flat;
     }
-    let world = b.build()?;
+    b.scene.settings.sampler.seed = seed;
+    Ok(b.build()?)
+}
+
+/// The same scene with as many rays by each criterion: pictures, densities, errors over that of uniform sampling.
+fn pictures(e: &mut Experiment, setting: &Setting) -> Result<[f64; 2], Error> {
+    let size = setting.effort.pick([64, 48], [160, 120], [240, 180]);
+    let width = size[0] as usize;
+    let budget = setting.effort.pick(64, 64, 192);
     let seed = setting.seed_for(TOPIC, 1);
-    let truth = stage::average(
-        &world,
-        setting.threads,
-        SamplerKind::PaddedSobol,
-        setting.effort.pick(1_024, 1_024, 4_096),
-        seed ^ 9,
-        |p, s| shade(&world, p, s),
+    let truth_spp = setting.effort.pick(1_024, 1_024, 4_096);
+    let reference = world(size, seed)?;
+    let truth = stage::render_counted(&reference, SamplerKind::PaddedSobol, truth_spp, seed ^ 9, setting.threads).0;
+    let mut shown = Vec::new();
+    let mut errors = Vec::new();
+    for (i, (criterion, name)) in CRITERIA.into_iter().enumerate() {
+        let world = world(size, seed ^ (i as u64 + 1))?;
+        let rendered = rendered(&world, criterion, budget, setting.threads);
+        let picture = rendered.film.mean();
+        let rays = spent(&rendered, criterion);
+        let at = stage::error_at(rays, &picture, &truth, true);
+        shown.push(paint::colour(
+            name,
+            format!("{name}, {rays:.1} rays a pixel: relMSE {:.1e}", at.mean_square),
+            width,
+            &picture,
+        ));
+        if criterion != Adaptive::No {
+            let density = rendered.film.map(|_, n| f64::from(n).log2());
+            let caption = format!("rays per pixel, {name} (logarithmic, dark is few)");
+            let range = [f64::from(budget / 8).log2(), f64::from(budget * 8).log2()];
+            shown.push(paint::heat(&format!("{name}-density"), caption, width, &density, range));
+            e.claim(Claim::at_most(
+                TOPIC,
+                format!("{name} criterion: rays per pixel, those that decide included"),
+                f64::from(budget),
+                rays,
+            ));
+        }
+        errors.push(at);
+    }
+    e.pictures(shown);
+    e.slider("uniform", "contrast", "Equal numbers of rays: everywhere the same, and where intensity changes rapidly.");
+    let ratio = |i: usize| errors[i].mean_square / errors[0].mean_square;
+    for (i, bound) in [(1, 0.9), (2, 0.9)] {
+        let name = CRITERIA[i].1;
+        e.claim(Claim::better(
+            TOPIC,
+            format!("squared relative error, {name} criterion over uniform"),
+            bound,
+            &errors[i],
+            &errors[0],
+        ));
+    }
+    Ok([ratio(1), ratio(2)])
+}
+
+/// A wall of black of which a strip in each column of pixels shines, so that each pixel's mean is the strip's share of it.
+fn strips(side: u32, share: f32, seed: u64) -> Result<World, Error> {
+    let mut b = Builder::new([side; 2], 0);
+    b.parallel_camera([0.0, 0.0, -2.0], [0.0; 3], 1.0);
+    for i in 0..side {
+        let x = 2.0 * (i as f32 + 0.5) / side as f32 - 1.0;
+        let half = share / side as f32;
+        b.lamp([[x - half, -1.0, 0.0], [x - half, 1.0, 0.0], [x + half, 1.0, 0.0], [x + half, -1.0, 0.0]], 1.0);
+    }
+    b.scene.settings.sampler.seed = seed;
+    Ok(b.build()?)
+}
+
+/// What the renderer's criteria do to a mean that chance decides about: half of the tiles have seen nothing when contrast decides.
+fn renderer_bias(e: &mut Experiment, setting: &Setting) -> Result<[(f64, f64); 2], Error> {
+    let share = 0.01;
+    let repeats = setting.effort.pick(48u64, 200, 1_000);
+    let mut table = Table::new(
+        "renderer-bias",
+        format!(
+            "Mean of {repeats} pictures of which every pixel is white to a share of {share}. Tiles that have met no white so far get an eighth of \
+             the rays of the others (contrast), or fewer (error)."
+        ),
+        &["criterion", "rays per pixel", "mean", "standard error", "bias"],
     );
-    let source = stage::sampler(&world, SamplerKind::Independent, PILOT, seed);
-    let pilots: Vec<Pilot> = stage::per_pixel(&world, setting.threads, &source, |pixel, s| {
+    let mut found = [(0.0, 0.0); 2];
+    for (i, (criterion, name, spp)) in
+        [(Adaptive::Contrast, "contrast", 8), (Adaptive::Error, "error", 48)].into_iter().enumerate()
+    {
+        let pictures = parallel::map(setting.threads, repeats as usize, |r| {
+            let world = strips(32, share as f32, setting.seed_for(TOPIC, 100 + 10_000 * i as u64 + r as u64))?;
+            let film = rendered(&world, criterion, spp, 1).film;
+            let mean = film.mean();
+            Ok::<_, Error>(mean.iter().map(|p| f64::from(p[1])).sum::<f64>() / mean.len() as f64)
+        });
         let mut all = VarianceEstimator::default();
-        let (mut low, mut high) = (f64::INFINITY, 0.0f64);
-        for i in 0..PILOT {
-            s.start(pixel, i, 0);
-            let v = paint::luminance(shade(&world, pixel, s));
-            all.add(v);
-            (low, high) = (low.min(v), high.max(v));
+        for mean in pictures {
+            all.add(mean?);
         }
-        Pilot { low, high, variance: all.variance() }
-    });
-    let around = |at: usize, f: &dyn Fn(&Pilot)| {
-        let (x, y) = ((at % width) as i64, (at / width) as i64);
-        for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
-            let (px, py) = (x + dx, y + dy);
-            if (0..width as i64).contains(&px) && (0..height as i64).contains(&py) {
-                f(&pilots[py as usize * width + px as usize]);
-            }
-        }
-    };
-    // The contrast of the pixel and its neighbours; beyond 0.3 it gets the large share of the rays.
-    let contrast: Vec<f64> = (0..pilots.len())
-        .map(|at| {
-            let ends = std::cell::Cell::new((f64::INFINITY, 0.0f64));
-            around(at, &|p| ends.set((ends.get().0.min(p.low), ends.get().1.max(p.high))));
-            let (low, high) = ends.get();
-            if high > 0.0 { (high - low) / (high + low) } else { 0.0 }
-        })
-        .collect();
-    // The deviation of the pixel and its neighbours: rays in proportion to it are best (Neyman 1934).
-    let deviation: Vec<f64> = (0..pilots.len())
-        .map(|at| {
-            let sum = std::cell::Cell::new((0.0, 0.0));
-            around(at, &|p| sum.set((sum.get().0 + p.variance, sum.get().1 + 1.0)));
-            (sum.get().0 / sum.get().1).sqrt()
-        })
-        .collect();
-    let budget = setting.effort.pick(32.0, 32.0, 64.0f64);
-    let spread = |wish: &[f64]| -> Vec<u32> {
-        // Every pixel gets two fresh rays at least; the rest go where they are wished for.
-        let total: f64 = wish.iter().sum::<f64>().max(1e-12);
-        let rest = (budget - f64::from(PILOT) - 2.0) * wish.len() as f64;
-        wish.iter().map(|w| 2 + (w / total * rest) as u32).collect()
-    };
-    let by_contrast = spread(&contrast.iter().map(|&c| if c > 0.3 { 1.0 } else { 0.05 }).collect::<Vec<_>>());
-    let by_variance = spread(&deviation);
-    let render = |counts: &[u32], seed: u64| -> Vec<Rgb> {
-        let source = stage::sampler(&world, SamplerKind::Independent, 1, seed);
-        stage::per_pixel(&world, setting.threads, &source, |pixel, s| {
-            let n = counts[pixel[1] as usize * width + pixel[0] as usize];
-            let mut sum = [0.0f32; 3];
-            for i in 0..n {
-                s.start(pixel, i, 0);
-                sum = stage::add(sum, shade(&world, pixel, s));
-            }
-            stage::scaled(sum, 1.0 / n as f32)
-        })
-    };
-    let uniform = render(&vec![budget as u32; pilots.len()], seed ^ 1);
-    let (a, v) = (render(&by_contrast, seed ^ 2), render(&by_variance, seed ^ 3));
-    let rays = |counts: &[u32]| counts.iter().map(|&c| f64::from(c + PILOT)).sum::<f64>() / counts.len() as f64;
-    let at = [&uniform, &a, &v].map(|p| stage::error_at(budget, p, &truth, false));
-    let errors = at.map(|e| e.mean_square);
-    let density = |counts: &[u32]| counts.iter().map(|&c| f64::from(c + PILOT).log2()).collect::<Vec<_>>();
-    let range = [2.0, (budget * 6.0).log2()];
-    e.pictures(vec![
-        paint::colour("uniform", format!("{budget} rays everywhere: mse {:.1e}", errors[0]), width, &uniform),
-        paint::colour(
-            "contrast",
-            format!("contrast criterion, {:.1} rays on average: mse {:.1e}", rays(&by_contrast), errors[1]),
-            width,
-            &a,
-        ),
-        paint::heat(
-            "contrast-density",
-            "rays per pixel, contrast criterion (logarithmic)",
-            width,
-            &density(&by_contrast),
-            range,
-        ),
-        paint::colour(
-            "variance",
-            format!("statistical criterion, {:.1} rays on average: mse {:.1e}", rays(&by_variance), errors[2]),
-            width,
-            &v,
-        ),
-        paint::heat(
-            "variance-density",
-            "rays per pixel, statistical criterion (logarithmic)",
-            width,
-            &density(&by_variance),
-            range,
-        ),
-    ]);
-    e.slider("uniform", "variance", "Equal numbers of rays: everywhere the same, and where the variance is.");
-    e.claim(Claim::at_most(
-        TOPIC,
-        "rays per pixel of the contrast criterion, pilot included",
-        budget,
-        rays(&by_contrast),
-    ));
-    e.claim(Claim::at_most(
-        TOPIC,
-        "rays per pixel of the statistical criterion, pilot included",
-        budget,
-        rays(&by_variance),
-    ));
-    e.claim(Claim::better(TOPIC, "squared error, contrast criterion over uniform", 0.9, &at[1], &at[0]));
-    e.claim(Claim::better(TOPIC, "squared error, statistical criterion over uniform", 0.9, &at[2], &at[0]));
-    Ok((errors[1] / errors[0], errors[2] / errors[0]))
+        let error = all.standard_error();
+        found[i] = (100.0 * (all.mean() / share - 1.0), 100.0 * t_limit(repeats) * error / share);
+        table.row([
+            name.into(),
+            spp.to_string(),
+            format!("{:.5}", all.mean()),
+            format!("{error:.5}"),
+            format!("{:+.1} %", found[i].0),
+        ]);
+        let half = t_limit(repeats) * error;
+        let (claim, tolerance) = match criterion {
+            Adaptive::Contrast => ("contrast criterion of the renderer: mean of a picture that is 1 % white", 0.0),
+            _ => ("error criterion of the renderer, which keeps its rays: the same within a twentieth", 0.05 * share),
+        };
+        let interval = [share - half - tolerance, share + half + tolerance];
+        e.claim(Claim::within(TOPIC, claim, share, all.mean(), interval));
+    }
+    e.table(table);
+    Ok(found)
 }
 
 /// Expectation of the mean that keeps its pilot: `p` of the pixel is white; with pilots all alike it stops, else it takes

@@ -138,41 +138,48 @@ fn aliases(e: &mut Experiment) {
     );
 }
 
+/// Pixels of a one-dimensional picture.
+const PIXELS: usize = 256;
+/// In cycles per pixel, on a Fourier bin: it aliases to 0.34375.
+const FREQUENCY: f64 = 1.34375;
+
+fn wave(x: f64, frequency: f64) -> f64 {
+    (TAU * frequency * x).sin()
+}
+
 /// One-dimensional pixels that average k samples: regular ones follow the Dirichlet kernel, jittered ones its envelope.
 fn averaging(e: &mut Experiment, setting: &Setting) {
-    let pixels = 256usize;
-    // In cycles per pixel, on a Fourier bin: 1.34375 aliases to 0.34375.
-    let frequency = 1.34375;
-    let bin = (0.34375 * pixels as f64) as usize;
-    let amplitude = |values: &[f64], bin: usize| spectrum(values)[bin].0;
-    let wave = |x: f64, f: f64| (TAU * f * x).sin();
-    let kernel = |k: f64, f: f64| {
-        if (PI * f / k).sin().abs() < 1e-12 { 1.0 } else { ((PI * f).sin() / (k * (PI * f / k).sin())).abs() }
-    };
+    regular_average(e);
+    jittered_average(e, setting);
+}
+
+/// The amplitude after averaging k regular samples.
+fn dirichlet(k: f64, f: f64) -> f64 {
+    if (PI * f / k).sin().abs() < 1e-12 { 1.0 } else { ((PI * f).sin() / (k * (PI * f / k).sin())).abs() }
+}
+
+fn regular_average(e: &mut Experiment) {
     let mut figure = Figure::new(
         "regular-average",
-        "Strength of the alias after averaging k regular samples per pixel. Regular supersampling does not remove frequencies near k samples per pixel: there the alias is back at full strength.",
+        "Strength of the alias after averaging k regular samples per pixel. Regular supersampling does not remove frequencies near k samples \
+         per pixel: there the alias is back at full strength.",
         Axis::linear("frequency (cycles per pixel)"),
         Axis::linear("amplitude after averaging"),
     );
     let mut worst = 0.0f64;
     for k in [1u32, 2, 4] {
         let mut points = Vec::new();
-        for step in 1..=145u32 {
-            let f = f64::from(step) * 0.03125;
+        for f in (1..=145u32).map(|step| f64::from(step) * 0.03125) {
             let folded = (f - f.round()).abs();
-            let bin = (folded * pixels as f64).round() as usize;
-            if bin == 0 || 2 * bin == pixels {
+            let bin = (folded * PIXELS as f64).round() as usize;
+            if bin == 0 || 2 * bin == PIXELS {
                 continue;
             }
-            let values: Vec<f64> = (0..pixels)
-                .map(|i| {
-                    (0..k).map(|j| wave(i as f64 + (f64::from(j) + 0.5) / f64::from(k), f)).sum::<f64>() / f64::from(k)
-                })
-                .collect();
-            let a = amplitude(&values, bin);
-            worst = worst.max((a - kernel(f64::from(k), f)).abs());
-            points.push((f, a));
+            let at = |i: usize, j: u32| wave(i as f64 + (f64::from(j) + 0.5) / f64::from(k), f);
+            let values: Vec<f64> = (0..PIXELS).map(|i| (0..k).map(|j| at(i, j)).sum::<f64>() / f64::from(k)).collect();
+            let amplitude = spectrum(&values)[bin].0;
+            worst = worst.max((amplitude - dirichlet(f64::from(k), f)).abs());
+            points.push((f, amplitude));
         }
         figure = figure.with(format!("k = {k}"), Mark::LineDots, points);
     }
@@ -185,29 +192,30 @@ fn averaging(e: &mut Experiment, setting: &Setting) {
         worst,
         [0.0, 1e-9],
     ));
+}
 
-    // One jittered sample per pixel: the alias is attenuated as by the exact average, the rest is noise.
+/// One jittered sample per pixel: the alias is attenuated as by the exact average, the rest is noise.
+fn jittered_average(e: &mut Experiment, setting: &Setting) {
     let repeats = setting.effort.pick(200u64, 1_000, 5_000);
     let mut rng = Rng::new(setting.seed_for(TOPIC, 1), 1);
-    let predicted = (PI * frequency).sin().abs() / (PI * frequency);
-    let (mut aligned, mut total, mut mean_spectrum) =
-        (VarianceEstimator::default(), VarianceEstimator::default(), vec![0.0; pixels / 2 + 1]);
+    let (mut aligned, mut total) = (VarianceEstimator::default(), VarianceEstimator::default());
+    let mut jittered = vec![0.0; PIXELS / 2 + 1];
     for _ in 0..repeats {
-        let values: Vec<f64> = (0..pixels).map(|i| wave(i as f64 + rng.f64(), frequency)).collect();
+        let values: Vec<f64> = (0..PIXELS).map(|i| wave(i as f64 + rng.f64(), FREQUENCY)).collect();
         // The alias has a known phase: that of the exact average over each pixel.
-        let reference = |i: usize| (TAU * frequency * (i as f64 + 0.5)).sin();
-        aligned.add(2.0 / pixels as f64 * (0..pixels).map(|i| values[i] * reference(i)).sum::<f64>());
-        total.add(values.iter().map(|v| v * v).sum::<f64>() / pixels as f64);
-        for (sum, (a, _)) in mean_spectrum.iter_mut().zip(spectrum(&values)) {
+        let reference = |i: usize| wave(i as f64 + 0.5, FREQUENCY);
+        aligned.add(2.0 / PIXELS as f64 * (0..PIXELS).map(|i| values[i] * reference(i)).sum::<f64>());
+        total.add(values.iter().map(|v| v * v).sum::<f64>() / PIXELS as f64);
+        for (sum, (a, _)) in jittered.iter_mut().zip(spectrum(&values)) {
             *sum += a * a / repeats as f64;
         }
     }
-    // sin(pi f)/(pi f) is negative here: the alias comes back upside down.
-    let signed = (PI * frequency).sin() / (PI * frequency);
+    // Negative here: the alias comes back upside down.
+    let predicted = (PI * FREQUENCY).sin() / (PI * FREQUENCY);
     e.claim(Claim::equal(
         TOPIC,
         "one jittered sample per pixel: mean amplitude of the alias of frequency 1.34: sin πf/πf",
-        signed,
+        predicted,
         aligned.mean(),
         aligned.standard_error(),
     ));
@@ -218,22 +226,25 @@ fn averaging(e: &mut Experiment, setting: &Setting) {
         total.mean(),
         total.standard_error(),
     ));
-    let regular: Vec<f64> = (0..pixels).map(|i| wave(i as f64 + 0.5, frequency)).collect();
-    let spectrum_of = |power: &[f64]| {
-        power.iter().enumerate().skip(1).map(|(k, p)| (k as f64 / pixels as f64, p.max(1e-8))).collect::<Vec<_>>()
+    let middles: Vec<f64> = (0..PIXELS).map(|i| wave(i as f64 + 0.5, FREQUENCY)).collect();
+    let regular: Vec<f64> = spectrum(&middles).iter().map(|(a, _)| a * a).collect();
+    let over_frequency = |power: &[f64]| -> Vec<(f64, f64)> {
+        power.iter().enumerate().skip(1).map(|(k, p)| (k as f64 / PIXELS as f64, p.max(1e-8))).collect()
     };
-    let regular_power: Vec<f64> = spectrum(&regular).iter().map(|(a, _)| a * a).collect();
     e.figure(
         Figure::new(
             "jitter-spectrum",
-            format!("Power over frequency for one sample per pixel of a sinusoid of 1.34 cycles per pixel. Regular: one spike at 0.34, a false sinusoid. Jittered: the spike is {:.1} times lower in amplitude, and the rest is white noise.", 1.0 / predicted),
+            format!(
+                "Power over frequency for one sample per pixel of a sinusoid of 1.34 cycles per pixel. Regular: one spike at 0.34, a false \
+                 sinusoid. Jittered: the spike is {:.1} times lower in amplitude, and the rest is white noise.",
+                1.0 / predicted.abs()
+            ),
             Axis::linear("frequency (cycles per pixel)"),
             Axis::log("power").from_to(1e-6, 2.0),
         )
-        .with("regular", Mark::LineDots, spectrum_of(&regular_power).into_iter().filter(|p| p.1 > 1e-6).collect())
-        .with("jittered", Mark::Line, spectrum_of(&mean_spectrum)),
+        .with("regular", Mark::LineDots, over_frequency(&regular).into_iter().filter(|p| p.1 > 1e-6).collect())
+        .with("jittered", Mark::Line, over_frequency(&jittered)),
     );
-    debug_assert_eq!(bin, 88);
 }
 
 /// A wave that 4 x 4 regular samples take for one of 1/20 cycle per pixel: how the errors of neighbours correlate.

@@ -2,7 +2,8 @@
 //! of the switches of path tracing.
 
 use super::prelude::*;
-use crate::stage::Rgb;
+use crate::claim::t_limit_of;
+use crate::stage::{Builder, Rgb};
 use std::time::Instant;
 use steradian_scene::{
     Distribution, IntegratorKind, LobeSampling, MisHeuristic, Stratification, Stratify, Techniques, Whitted, World,
@@ -91,13 +92,82 @@ fn all_curves() -> Vec<Curve> {
     ]
 }
 
+/// What one integrator did.
+struct Measured {
+    /// relMSE over rays per pixel.
+    points: Vec<ErrorAt>,
+    /// relMSE over milliseconds.
+    times: Vec<(f64, f64)>,
+    /// The picture of 16 samples.
+    shown: Vec<Rgb>,
+    rays_per_sample: f64,
+}
+
+impl Measured {
+    fn of(c: &Curve, size: [u32; 2], counts: &[u32], truth: &[Rgb], setting: &Setting) -> Result<Self, Error> {
+        let mut out = Self { points: Vec::new(), times: Vec::new(), shown: Vec::new(), rays_per_sample: 0.0 };
+        for &spp in counts {
+            let w = world(size, c.kind, c.techniques, spp)?;
+            let start = Instant::now();
+            let (picture, rays) =
+                stage::render_counted(&w, c.sampler, spp, setting.seed_for(TOPIC, 1), setting.threads);
+            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+            let mut at = stage::error_at(f64::from(spp), &picture, truth, true);
+            at.n = rays.total() as f64 / f64::from(size[0] * size[1]);
+            out.rays_per_sample = at.n / f64::from(spp);
+            out.times.push((milliseconds, at.mean_square));
+            out.points.push(at);
+            if spp == 16 {
+                out.shown = picture;
+            }
+        }
+        Ok(out)
+    }
+
+    fn slope(&self) -> f64 {
+        slope(&self.points).map_or(f64::NAN, |s| 2.0 * s.value)
+    }
+
+    /// The error with the most rays over that with the fewest.
+    fn left(&self) -> f64 {
+        self.points[self.points.len() - 1].mean_square / self.points[0].mean_square
+    }
+
+    fn row(&self, c: &Curve) -> [String; 4] {
+        let (s, last) = (self.slope(), self.points[self.points.len() - 1]);
+        let rays = if c.same {
+            format!("{:.0}", last.n * (last.mean_square / 0.01).powf(-1.0 / s))
+        } else {
+            "never: it leaves out the light between surfaces".into()
+        };
+        [c.name.into(), format!("{s:.2}"), rays, format!("{:.1}", self.rays_per_sample)]
+    }
+
+    fn claim(&self, c: &Curve) -> Claim {
+        let what = format!("{}: slope of relMSE over rays", c.name);
+        let independent = c.sampler == SamplerKind::Independent
+            && c.techniques.stratify == Stratify::default()
+            && c.kind == IntegratorKind::Path;
+        match (c.same, independent) {
+            (true, true) => Claim::falls(TOPIC, what, -1.0, &self.points),
+            (true, false) => Claim::falls_faster(TOPIC, what, -0.75, &self.points),
+            (false, _) => Claim::at_least(
+                TOPIC,
+                format!("{}: relMSE with the most rays over that with the fewest: a bias stays", c.name),
+                0.5,
+                self.left(),
+            ),
+        }
+    }
+}
+
 fn curves(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([20, 20], [48, 48], [128, 128]);
     let width = size[0] as usize;
-    let seed = setting.seed_for(TOPIC, 1);
     let reference = world(size, IntegratorKind::Path, Techniques::default(), 1)?;
     let reference_spp = setting.effort.pick(1_024, 1_024, 4_096);
-    let truth = stage::render_counted(&reference, SamplerKind::PaddedSobol, reference_spp, seed ^ 9, setting.threads).0;
+    let seed = setting.seed_for(TOPIC, 1) ^ 9;
+    let truth = stage::render_counted(&reference, SamplerKind::PaddedSobol, reference_spp, seed, setting.threads).0;
     let counts: &[u32] = setting.effort.pick(&[4, 16, 36], &[4, 16, 64], &[4, 16, 64, 256]);
     let mut by_rays = Figure::new(
         "rays",
@@ -120,64 +190,19 @@ fn curves(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let mut whitted_stays = 0.0;
     let mut slopes = (0.0f64, -9.0f64);
     for c in all_curves() {
-        let mut points = Vec::new();
-        let mut times = Vec::new();
-        let mut per_sample = 0.0;
-        for &spp in counts {
-            let w = world(size, c.kind, c.techniques, spp)?;
-            let start = Instant::now();
-            let (picture, rays) = stage::render_counted(&w, c.sampler, spp, seed, setting.threads);
-            let mut at = stage::error_at(f64::from(spp), &picture, &truth, true);
-            let error = at.mean_square;
-            times.push((start.elapsed().as_secs_f64() * 1e3, error));
-            let per_pixel = rays.total() as f64 / f64::from(size[0] * size[1]);
-            per_sample = per_pixel / f64::from(spp);
-            at.n = per_pixel;
-            points.push(at);
-            if spp == 16 {
-                shown.push(paint::colour(
-                    &format!("picture-{}", shown.len()),
-                    format!("{}, 16 samples: relMSE {error:.3}", c.name),
-                    width,
-                    &picture,
-                ));
-            }
-        }
-        let s = slope(&points).map_or(f64::NAN, |s| 2.0 * s.value);
-        let last = (points[points.len() - 1].n, points[points.len() - 1].mean_square);
+        let m = Measured::of(&c, size, counts, &truth, setting)?;
+        let error = m.points[counts.iter().position(|&n| n == 16).unwrap_or(0)].mean_square;
+        let caption = format!("{}, 16 samples: relMSE {error:.3}", c.name);
+        shown.push(paint::colour(&format!("picture-{}", shown.len()), caption, width, &m.shown));
         if c.same {
-            slopes = (slopes.0.min(s), slopes.1.max(s));
-            if c.sampler == SamplerKind::Independent
-                && c.techniques.stratify == Stratify::default()
-                && c.kind == IntegratorKind::Path
-            {
-                e.claim(Claim::falls(TOPIC, format!("{}: slope of relMSE over rays", c.name), -1.0, &points));
-            } else {
-                e.claim(Claim::falls_faster(TOPIC, format!("{}: slope of relMSE over rays", c.name), -0.75, &points));
-            }
-            table.row([
-                c.name.into(),
-                format!("{s:.2}"),
-                format!("{:.0}", last.0 * (last.1 / 0.01).powf(-1.0 / s)),
-                format!("{per_sample:.1}"),
-            ]);
+            slopes = (slopes.0.min(m.slope()), slopes.1.max(m.slope()));
         } else {
-            whitted_stays = last.1 / points[0].mean_square;
-            table.row([
-                c.name.into(),
-                format!("{s:.2}"),
-                "never: it leaves out the light between surfaces".into(),
-                format!("{per_sample:.1}"),
-            ]);
-            e.claim(Claim::at_least(
-                TOPIC,
-                format!("{}: relMSE with the most rays over that with the fewest: a bias stays", c.name),
-                0.5,
-                whitted_stays,
-            ));
+            whitted_stays = m.left();
         }
-        by_rays = by_rays.with(c.name, Mark::LineDots, squares(&points));
-        by_time = by_time.with(c.name, Mark::LineDots, times);
+        e.claim(m.claim(&c));
+        table.row(m.row(&c));
+        by_rays = by_rays.with(c.name, Mark::LineDots, squares(&m.points));
+        by_time = by_time.with(c.name, Mark::LineDots, m.times);
     }
     shown.push(paint::colour("reference", "reference", width, &truth));
     e.pictures(shown);
@@ -208,14 +233,48 @@ fn combinations() -> Vec<(String, Techniques)> {
     }
     for (name, extra) in [
         ("no roulette", Techniques { roulette: None, ..t }),
-        ("roulette below 0.5", Techniques { roulette: Some(0.5), ..t }),
+        ("roulette below 1", Techniques { roulette: Some(1.0), ..t }),
         ("split 4", Techniques { split: 4, ..t }),
         ("all domains jittered", Techniques { stratify: Stratify::all(Stratification::Jittered), ..t }),
         ("all domains low-discrepancy", Techniques { stratify: Stratify::all(Stratification::LowDiscrepancy), ..t }),
     ] {
         all.push((name.into(), extra));
     }
+    for kind in [Stratification::None, Stratification::Jittered, Stratification::LowDiscrepancy] {
+        for (name, domain) in DOMAINS {
+            let mut stratify = Stratify::all(Stratification::None);
+            *domain(&mut stratify) = kind;
+            // Without any stratification there is one row, not one for each domain.
+            if kind != Stratification::None {
+                all.push((format!("{name} {kind:?}, the others not").to_lowercase(), Techniques { stratify, ..t }));
+            } else if name == "pixel" {
+                all.push(("no domain stratified".into(), Techniques { stratify, ..t }));
+            }
+        }
+    }
     all
+}
+
+type Domain = fn(&mut Stratify) -> &mut Stratification;
+
+/// What `--stratify` calls them.
+const DOMAINS: [(&str, Domain); 5] = [
+    ("pixel", |s| &mut s.pixel),
+    ("lens", |s| &mut s.lens),
+    ("light", |s| &mut s.light),
+    ("lobe", |s| &mut s.lobe),
+    ("time", |s| &mut s.time),
+];
+
+/// The room through a lens, with a ball that moves while the shutter is open: every domain is in use.
+fn room_in_motion(size: [u32; 2]) -> Builder {
+    let mut b = stage::room(size, DEPTH);
+    b.scene.camera.lens_radius = 0.1;
+    b.scene.camera.focal_distance = 3.4;
+    if let Some(ball) = b.scene.primitives.pop() {
+        b.moving(vec![ball], [0.15, 0.1, 0.0]);
+    }
+    b
 }
 
 /// Mean of the picture for each combination, over independent pictures, against each other.
@@ -227,7 +286,7 @@ fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
     let measure = |techniques: Techniques, kind: IntegratorKind, part: u64| -> Result<VarianceEstimator, Error> {
         let repeated = parallel::map(setting.threads, repeats, |r| {
             // Domains with grids of their own take their seed from the scene.
-            let mut b = stage::room(size, DEPTH);
+            let mut b = room_in_motion(size);
             let seed = setting.seed_for(TOPIC, 1_000 * part + r as u64);
             b.scene.settings.integrator.kind = kind;
             b.scene.settings.integrator.techniques = techniques;
@@ -252,14 +311,15 @@ fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
     let brute = Distribution { subpixels: 4, aperture: 1, light: 2, lobe: 1, time: 1, jitter: true };
     rows.push(("distribution, s = 2, r = 1".into(), Techniques::default()));
     let last = rows.len() - 1;
+    let tests = rows.len() as u64;
     for (i, (name, techniques)) in rows.into_iter().enumerate() {
         let kind = if i == last { IntegratorKind::Distribution(brute) } else { IntegratorKind::Path };
         let all = measure(techniques, kind, 2 + i as u64)?;
         let error = all.standard_error().hypot(reference.standard_error());
         let z = (all.mean() - reference.mean()) / error;
         worst = worst.max(z.abs());
-        // Student's limit: the error was itself estimated from the repeats.
-        let half = t_limit(repeats as u64) * error;
+        // Student's limit: the error was itself estimated from the repeats. The rows are one claim.
+        let half = t_limit_of(repeats as u64, tests) * error;
         let (a, b) = (reference.mean() - half, reference.mean() + half);
         e.claim(Claim::within(
             TOPIC,

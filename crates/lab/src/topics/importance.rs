@@ -42,32 +42,59 @@ fn invert(cumulative: impl Fn(f64) -> f64, u: f64) -> f64 {
     0.5 * (low + high)
 }
 
-type Pair = (Box<dyn Fn(f64) -> f64>, Box<dyn Fn(f64) -> f64>);
+/// A density over the unit interval, with the inverse of its distribution.
+struct Density {
+    name: &'static str,
+    pdf: Box<dyn Fn(f64) -> f64>,
+    inverse: Box<dyn Fn(f64) -> f64>,
+}
 
-fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
-    let draws = setting.effort.pick(20_000u64, 200_000, 2_000_000);
-    let truth = primitive(1.0) - primitive(0.0);
-    // Each density with the inverse of its distribution.
+impl Density {
+    fn new(name: &'static str, pdf: impl Fn(f64) -> f64 + 'static, inverse: impl Fn(f64) -> f64 + 'static) -> Self {
+        Self { name, pdf: Box::new(pdf), inverse: Box::new(inverse) }
+    }
+
+    /// `f/p` for a number of draws.
+    fn draws(&self, count: u64, rng: &mut Rng) -> Vec<f64> {
+        (0..count).map(|_| (self.inverse)(rng.f64())).map(|x| f(x) / (self.pdf)(x)).collect()
+    }
+
+    /// `∫ f²/p − F²`. The midpoint rule with so many cells is exact to nine digits here.
+    fn variance(&self, truth: f64) -> f64 {
+        let cells = 200_000;
+        let at = |i: i32| (f64::from(i) + 0.5) / f64::from(cells);
+        let square = (0..cells).map(at).map(|x| f(x) * f(x) / (self.pdf)(x)).sum::<f64>() / f64::from(cells);
+        (square - truth * truth).max(0.0)
+    }
+
+    fn curve(&self) -> Vec<(f64, f64)> {
+        (0..=400).map(|i| f64::from(i) / 400.0).map(|x| (x, (self.pdf)(x))).collect()
+    }
+}
+
+/// From no idea of the integrand to all of it.
+fn densities(truth: f64) -> [Density; 4] {
     let tent = |x: f64| 0.25 + 0.75 * ((1.0 - (x - 0.35).abs() / 0.15).max(0.0) / 0.15);
     let tent_sum = |x: f64| {
         let t = ((x - 0.2) / 0.15).clamp(0.0, 2.0);
         0.25 * x + 0.75 * (if t < 1.0 { 0.5 * t * t } else { 1.0 - 0.5 * (2.0 - t) * (2.0 - t) })
     };
-    let densities: Vec<(&str, Pair)> = vec![
-        ("uniform", (Box::new(|_| 1.0), Box::new(|u| u))),
-        (
-            "poor: p(x) = 0.1 + 1.8 x",
-            (Box::new(|x| 0.1 + 1.8 * x), Box::new(|u| (-0.1 + (0.01f64 + 3.6 * u).sqrt()) / 1.8)),
-        ),
-        ("good: a tent over the peak", (Box::new(tent), Box::new(move |u| invert(tent_sum, u)))),
-        (
+    [
+        Density::new("uniform", |_| 1.0, |u| u),
+        Density::new("poor: p(x) = 0.1 + 1.8 x", |x| 0.1 + 1.8 * x, |u| (-0.1 + (0.01f64 + 3.6 * u).sqrt()) / 1.8),
+        Density::new("good: a tent over the peak", tent, move |u| invert(tent_sum, u)),
+        Density::new(
             "ideal: p = K f",
-            (
-                Box::new(move |x| f(x) / truth),
-                Box::new(move |u| invert(|x| (primitive(x) - primitive(0.0)) / truth, u)),
-            ),
+            move |x| f(x) / truth,
+            move |u| invert(|x| (primitive(x) - primitive(0.0)) / truth, u),
         ),
-    ];
+    ]
+}
+
+fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
+    let draws = setting.effort.pick(20_000u64, 200_000, 2_000_000);
+    let truth = primitive(1.0) - primitive(0.0);
+    let densities = densities(truth);
     let mut rng = Rng::new(setting.seed_for(TOPIC, 1), 1);
     let mut table = Table::new(
         "densities",
@@ -80,23 +107,14 @@ fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
         Axis::linear("x"),
         Axis::linear("density"),
     )
-    .with("f / F", Mark::Line, (0..=400).map(|i| f64::from(i) / 400.0).map(|x| (x, f(x) / truth)).collect());
+    .with("f / F", Mark::Line, densities[3].curve());
     let mut variances = Vec::new();
-    let mut line = String::new();
-    for (name, (pdf, inverse)) in &densities {
-        let mut values = Vec::with_capacity(draws as usize);
-        for _ in 0..draws {
-            let x = inverse(rng.f64());
-            values.push(f(x) / pdf(x));
-        }
+    for density in &densities {
+        let name = density.name;
+        let values = density.draws(draws, &mut rng);
         let all: VarianceEstimator = values.iter().copied().collect();
         let (variance, error) = variance_with_error(&values);
-        // The midpoint rule with this many cells is exact to nine digits here.
-        let cells = 200_000;
-        let square: f64 =
-            (0..cells).map(|i| (f64::from(i) + 0.5) / f64::from(cells)).map(|x| f(x) * f(x) / pdf(x)).sum::<f64>()
-                / f64::from(cells);
-        let theory = (square - truth * truth).max(0.0);
+        let theory = density.variance(truth);
         if name.starts_with("ideal") {
             e.claim(Claim::at_most(
                 TOPIC,
@@ -104,19 +122,14 @@ fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
                 1e-20,
                 variance / (truth * truth),
             ));
-            line = format!("With p = K f every draw gives F: variance {variance:.1e}.");
         } else {
             e.claim(Claim::equal(TOPIC, format!("{name}: E[f/p] = F"), truth, all.mean(), all.standard_error()));
             e.claim(Claim::equal(TOPIC, format!("{name}: variance of f/p"), theory, variance, error));
-            shapes = shapes.with(
-                *name,
-                Mark::Dashed,
-                (0..=400).map(|i| f64::from(i) / 400.0).map(|x| (x, pdf(x))).collect(),
-            );
+            shapes = shapes.with(name, Mark::Dashed, density.curve());
         }
         variances.push(variance);
         table.row([
-            (*name).to_string(),
+            name.to_string(),
             format!("{:.6}", all.mean()),
             format!("{variance:.3e}"),
             format!("{theory:.3e}"),
@@ -137,17 +150,30 @@ fn one_dimension(e: &mut Experiment, setting: &Setting) -> String {
     ));
     e.figure(shapes);
     e.table(table);
+    questions(e, &variances);
+    format!("With p = K f every draw gives F: variance {:.1e}.", variances[3])
+}
+
+/// What the slides ask, with the variances of the four densities.
+fn questions(e: &mut Experiment, variances: &[f64]) {
     e.answer(17, "By drawing X from a density p that is large where f is large.");
     e.answer(18, "The density: p(x) says how close, 1/p(x) how far apart; each sample is weighted by 1/p(x).");
     e.answer(
         20,
-        format!("N and p. On the peak the variance of one draw is {:.3} with uniform p, {:.3} with a poor one, {:.4} with a tent over the peak; N divides each of them.", variances[0], variances[1], variances[2]),
+        format!(
+            "N and p. On the peak the variance of one draw is {:.3} with uniform p, {:.3} with a poor one, {:.4} with a tent over the peak; N \
+             divides each of them.",
+            variances[0], variances[1], variances[2]
+        ),
     );
     e.answer(
         21,
-        format!("Because K = 1/∫f: whoever can normalise f knows the answer already. It works where it can be done (measured variance {:.0e}), and the BRDF times the cosine is the part of the integrand for which it often can.", variances[3]),
+        format!(
+            "Because K = 1/∫f: whoever can normalise f knows the answer already. It works where it can be done (measured variance {:.0e}), and \
+             the BRDF times the cosine is the part of the integrand for which it often can.",
+            variances[3]
+        ),
     );
-    line
 }
 
 fn lobes(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {

@@ -22,6 +22,29 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          is known exactly. It is compared with one sharp picture, the same 4 and 16 times for every pixel, and times drawn at random \
          and stratified for every ray.",
     );
+    let (world, exact) = (world()?, exact());
+    pictures(&mut e, &world, &exact, setting);
+    let (rays, scores) = against_exact(&mut e, &world, &exact, setting);
+    let [random, low_discrepancy] = slopes(&mut e, &world, &exact, setting);
+    e.result = format!(
+        "The renderer’s times reproduce the exact coverage: mean z² = {:.3} over {} pixels. Random times err with slope {random:.2} over the \
+         rays, low-discrepancy ones with {low_discrepancy:.2}; the same few times for all pixels make ghosts in place of noise.",
+        scores.mean(),
+        scores.count()
+    );
+    e.answer(
+        4,
+        format!(
+            "By giving each of the pixel’s rays a time of its own while the shutter is open, and averaging. With {rays} random times every pixel \
+             agrees with the exact temporal coverage (mean z² {:.3}). One time per sub-pixel ray is enough: no rays are added.",
+            scores.mean()
+        ),
+    );
+    Ok(e)
+}
+
+/// The box on its way.
+fn world() -> Result<World, Error> {
     let mut b = Builder::new(SIZE, 1);
     let (w, h) = (SIZE[0] as f32, SIZE[1] as f32);
     b.parallel_camera([0.0, 0.0, -10.0], [0.0, 0.0, 0.0], 0.5 * h);
@@ -32,27 +55,30 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         black,
     );
     b.moving(vec![Primitive { area_light: Some(shining(1.0)), ..quad }], [SHIFT[0] as f32, -SHIFT[1] as f32, 0.0]);
-    let world = b.build()?;
-    let exact = exact();
-    let width = SIZE[0] as usize;
-    let seed = setting.seed_for(TOPIC, 1);
+    Ok(b.build()?)
+}
 
-    let one = regular_times(&world, 1, setting.threads);
-    let four = regular_times(&world, 4, setting.threads);
-    let sixteen = random_times(&world, SamplerKind::Independent, 16, seed, setting.threads);
+fn pictures(e: &mut Experiment, world: &World, exact: &[f64], setting: &Setting) {
+    let (width, seed) = (SIZE[0] as usize, setting.seed_for(TOPIC, 1));
+    let one = regular_times(world, 1, setting.threads);
+    let four = regular_times(world, 4, setting.threads);
+    let sixteen = random_times(world, SamplerKind::Independent, 16, seed, setting.threads);
     e.pictures(vec![
         paint::grey("sharp", "one time for all rays", width, &one),
         paint::grey("ghosts", "the same 4 times for every pixel: ghosts", width, &four),
         paint::grey("random", "16 rays at random times", width, &sixteen),
-        paint::grey("exact", "exact coverage", width, &exact),
+        paint::grey("exact", "exact coverage", width, exact),
     ]);
     e.slider("ghosts", "random", "Four sharp pictures averaged, and 16 rays at random times.");
+}
 
-    // Each pixel counts hits: binomial with the exact coverage.
+/// Each pixel counts hits: binomial with the exact coverage. The rays, and the squares of the scores.
+fn against_exact(e: &mut Experiment, world: &World, exact: &[f64], setting: &Setting) -> (u32, VarianceEstimator) {
     let n = setting.effort.pick(256u32, 1024, 8192);
-    let counted = random_times(&world, SamplerKind::Independent, n, seed ^ 1, setting.threads);
+    let seed = setting.seed_for(TOPIC, 1) ^ 1;
+    let counted = random_times(world, SamplerKind::Independent, n, seed, setting.threads);
     let mut scores = VarianceEstimator::default();
-    for (v, c) in counted.iter().zip(&exact) {
+    for (v, c) in counted.iter().zip(exact) {
         let variance = c * (1.0 - c) / f64::from(n);
         if c * f64::from(n) > 10.0 && variance > 0.0 {
             scores.add((v - c) * (v - c) / variance);
@@ -65,46 +91,41 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         scores.mean(),
         scores.standard_error(),
     ));
-    let empty: f64 = counted.iter().zip(&exact).filter(|(_, c)| **c == 0.0).map(|(v, _)| *v).sum();
+    let empty: f64 = counted.iter().zip(exact).filter(|(_, c)| **c == 0.0).map(|(v, _)| *v).sum();
     e.claim(Claim::within(TOPIC, "light in pixels that the box never covers", 0.0, empty, [0.0, 0.0]));
+    (n, scores)
+}
 
+/// How the error falls over the rays: with random times, and with low-discrepancy ones.
+fn slopes(e: &mut Experiment, world: &World, exact: &[f64], setting: &Setting) -> [f64; 2] {
     let counts: &[u32] = setting.effort.pick(&[4, 16, 64], &[4, 16, 64, 256], &[4, 16, 64, 256, 1024]);
-    let rms = |v: &[f64]| (v.iter().zip(&exact).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / v.len() as f64).sqrt();
+    let rms = |v: &[f64]| (v.iter().zip(exact).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / v.len() as f64).sqrt();
+    let over_rays = |times: &dyn Fn(u32) -> Vec<f64>| -> Vec<(f64, f64)> {
+        counts.iter().map(|&n| (f64::from(n), rms(&times(n)))).collect()
+    };
     let mut figure = Figure::new(
         "error",
         "Rms error against the exact coverage over the rays per pixel.",
         Axis::log("rays per pixel"),
         Axis::log("rms error"),
     );
-    let regular: Vec<(f64, f64)> =
-        counts.iter().map(|&n| (f64::from(n), rms(&regular_times(&world, n, setting.threads)))).collect();
     let mut slopes = Vec::new();
     for (name, kind) in [
         ("random times", SamplerKind::Independent),
         ("stratified times", SamplerKind::Stratified),
         ("low-discrepancy times", SamplerKind::PaddedSobol),
     ] {
-        let points: Vec<(f64, f64)> = counts
-            .iter()
-            .map(|&n| (f64::from(n), rms(&random_times(&world, kind, n, seed ^ 2, setting.threads))))
-            .collect();
+        let seed = setting.seed_for(TOPIC, 1) ^ 2;
+        let points = over_rays(&|n| random_times(world, kind, n, seed, setting.threads));
         slopes.push(plain_slope(&points));
         figure = figure.with(name, Mark::LineDots, points);
     }
+    let regular = over_rays(&|n| regular_times(world, n, setting.threads));
+    e.figure(figure.with("the same times for every pixel", Mark::LineDots, regular));
     // Thousands of pixels, each with its own noise: the slope scatters by less than 0.01.
     e.claim(Claim::within(TOPIC, "random times: slope of the rms error over rays", -0.5, slopes[0], [-0.56, -0.44]));
     e.claim(Claim::at_most(TOPIC, "low-discrepancy times: slope steeper than random", -0.55, slopes[2]));
-    e.figure(figure.with("the same times for every pixel", Mark::LineDots, regular));
-    e.result = format!(
-        "The renderer’s times reproduce the exact coverage: mean z² = {:.3} over {} pixels. Random times err with slope {:.2} over the rays, \
-         low-discrepancy ones with {:.2}; the same few times for all pixels make ghosts in place of noise.",
-        scores.mean(),
-        scores.count(),
-        slopes[0],
-        slopes[2]
-    );
-    e.answer(4, format!("By giving each of the pixel’s rays a time of its own while the shutter is open, and averaging. With {n} random times every pixel agrees with the exact temporal coverage (mean z² {:.3}). One time per sub-pixel ray is enough: no rays are added.", scores.mean()));
-    Ok(e)
+    [slopes[0], slopes[2]]
 }
 
 fn hit(world: &World, pixel: [u32; 2], u: [f32; 2], time: f32) -> f64 {

@@ -40,12 +40,37 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
     counts(&mut e);
     rough(&mut e, setting);
     let gain = uneven(&mut e);
+    shifted(&mut e);
     e.result = format!(
         "The midpoint rule converges with slope −2/d, Simpson's with −4/d, random points with −1/2 in every dimension: {crossing}. \
          Even spacing needs N^d evaluations. Nodes that are dense where a peaked f is large, each weighted by its spacing, have \
          {gain:.0} times less error than as many evenly spaced ones."
     );
     Ok(e)
+}
+
+/// The slide's sum as it stands, on an interval that does not begin at 0.
+fn shifted(e: &mut Experiment) {
+    let (a, b, n) = (1.0, 3.0, 1_000);
+    let dx = (b - a) / f64::from(n);
+    let sum = |start: f64| (1..=n).map(|i| start + f64::from(i) * dx).map(|x| x * x * dx).sum::<f64>();
+    let (as_written, moved) = (sum(0.0), sum(a));
+    let exact = (b * b * b - a * a * a) / 3.0;
+    e.claim(Claim::within(
+        TOPIC,
+        "∫ x² over [1, 3] by 1000 terms f(a + i Δx) Δx",
+        exact,
+        moved,
+        // The right ends of the cells: half a cell of the difference of the ends, and no more.
+        [exact, exact + 0.5 * dx * (b * b - a * a) + dx * dx],
+    ));
+    e.erratum(
+        "“Approximating integrals”: F = ∫ from a to b ≈ Σ f(i Δx) Δx",
+        format!(
+            "The nodes are a + i Δx. For x² on [1, 3] with N = {n}, the sum as written measures {as_written:.4}, the integral from 0 to 2; from a \
+             on it is {moved:.4} for F = {exact:.4}."
+        ),
+    );
 }
 
 /// Integral 1 over the unit cube.
@@ -55,122 +80,139 @@ fn smooth<const D: usize>(x: &[f64; D]) -> f64 {
 
 /// Errors in `D` dimensions; says what the slopes are.
 fn dimensions<const D: usize>(e: &mut Experiment, setting: &Setting) -> String {
-    let d = D as f64;
-    let budget = setting.effort.pick(4_000.0, 20_000.0, 300_000.0f64);
-    let repeats = setting.effort.pick(64, 128, 512);
-    // Counts per axis, spread evenly over the logarithm.
+    let errors = Errors::measure::<D>(setting);
+    errors.claims(e);
+    errors.figure(e);
+    format!("in {D} dimensions midpoint {:.2}, random {}", plain_slope(&errors.midpoint), fitted(&errors.random))
+}
+
+/// Errors over evaluations in some number of dimensions.
+struct Errors {
+    dimensions: usize,
+    midpoint: Vec<(f64, f64)>,
+    simpson: Vec<(f64, f64)>,
+    random: Vec<ErrorAt>,
+    jittered: Vec<ErrorAt>,
+    sobol: Vec<ErrorAt>,
+}
+
+fn fitted(points: &[ErrorAt]) -> Slope {
+    slope(points).expect("two points")
+}
+
+/// Counts along an axis, spread evenly over the logarithm.
+fn sides(budget: f64, d: f64) -> Vec<u32> {
     let most = budget.powf(1.0 / d).floor().max(3.0) as u32;
     let mut sides: Vec<u32> = (0..6).map(|i| (f64::from(most).powf(f64::from(i + 1) / 6.0)).round() as u32).collect();
     sides.retain(|&n| n >= 2);
     sides.dedup();
-    if sides.len() < 2 {
-        sides = vec![2, most.max(3)];
-    }
-    let evaluations = |n: u32| f64::from(n).powf(d);
-    let midpoint: Vec<(f64, f64)> =
-        sides.iter().map(|&n| (evaluations(n), (Quadrature::Midpoint.integrate(n, smooth::<D>) - 1.0).abs())).collect();
-    let simpson: Vec<(f64, f64)> = sides
-        .iter()
-        .map(|&n| n.next_multiple_of(2))
-        .filter(|&n| evaluations(n + 1) <= 4.0 * budget)
-        .map(|n| (evaluations(n), (Quadrature::Simpson.integrate(n, smooth::<D>) - 1.0).abs()))
-        // Below this there is only rounding.
-        .filter(|p| p.1 > 1e-13)
-        .collect();
-    let seed = setting.seed_for(TOPIC, D as u64);
-    let random: Vec<ErrorAt> = sides
-        .iter()
-        .map(|&n| {
+    if sides.len() < 2 { vec![2, most.max(3)] } else { sides }
+}
+
+impl Errors {
+    fn measure<const D: usize>(setting: &Setting) -> Self {
+        let d = D as f64;
+        let budget = setting.effort.pick(4_000.0, 20_000.0, 300_000.0f64);
+        let repeats = setting.effort.pick(64, 128, 512);
+        let seed = setting.seed_for(TOPIC, D as u64);
+        let sides = sides(budget, d);
+        let evaluations = |n: u32| f64::from(n).powf(d);
+        let rule = |rule: Quadrature, n: u32| (evaluations(n), (rule.integrate(n, smooth::<D>) - 1.0).abs());
+        let simpson = sides.iter().map(|&n| n.next_multiple_of(2)).filter(|&n| evaluations(n + 1) <= 4.0 * budget);
+        let random = |&n: &u32| {
             let count = evaluations(n) as u64;
             let mut rng = Rng::new(seed, u64::from(n));
-            ErrorAt::of(
-                count as f64,
-                (0..repeats).map(|_| mean_of(count, || smooth(&std::array::from_fn::<_, D, _>(|_| rng.f64()))) - 1.0),
-            )
-        })
-        .collect();
-    let jittered: Vec<ErrorAt> = sides
-        .iter()
-        .map(|&n| {
+            let mut draw = || mean_of(count, || smooth(&std::array::from_fn::<_, D, _>(|_| rng.f64()))) - 1.0;
+            ErrorAt::of(count as f64, (0..repeats).map(|_| draw()))
+        };
+        let jittered = |&n: &u32| {
             let mut rng = Rng::new(seed, 1_000 + u64::from(n));
             ErrorAt::of(evaluations(n), (0..repeats).map(|_| jitter::<D>(n, &mut rng) - 1.0))
-        })
-        .collect();
-    let powers: Vec<u32> = (4..=budget.log2() as u32).step_by(2).collect();
-    let sobol: Vec<ErrorAt> = powers
-        .iter()
-        .map(|&k| {
+        };
+        let sobol = |k: u32| {
             let mut rng = Rng::new(seed, 2_000 + u64::from(k));
             ErrorAt::of(f64::from(1u32 << k), (0..repeats).map(|_| scrambled_sobol::<D>(1 << k, &mut rng) - 1.0))
-        })
-        .collect();
-    let (mid, mc) = (plain_slope(&midpoint), slope(&random).expect("two points"));
-    let (strat, qmc) = (slope(&jittered).expect("two points"), slope(&sobol).expect("two points"));
-    // The rules reach their order from the third cell on; a few per cent are left for the fewest cells.
-    e.claim(Claim::within(
-        TOPIC,
-        format!("midpoint rule in {D} dimensions: slope −2/d"),
-        -2.0 / d,
-        mid,
-        band(-2.0 / d, 0.06),
-    ));
-    if simpson.len() > 2 {
-        let s = plain_slope(&simpson);
-        // Over the cells n^d, not the nodes (n + 1)^d, which bend the line where there are few.
-        e.claim(Claim::within(
-            TOPIC,
-            format!("Simpson's rule in {D} dimensions: slope −4/d"),
-            -4.0 / d,
-            s,
-            band(-4.0 / d, 0.1),
-        ));
+        };
+        Self {
+            dimensions: D,
+            midpoint: sides.iter().map(|&n| rule(Quadrature::Midpoint, n)).collect(),
+            // Below this there is only rounding.
+            simpson: simpson.map(|n| rule(Quadrature::Simpson, n)).filter(|p| p.1 > 1e-13).collect(),
+            random: sides.iter().map(random).collect(),
+            jittered: sides.iter().map(jittered).collect(),
+            sobol: (4..=budget.log2() as u32).step_by(2).map(sobol).collect(),
+        }
     }
-    e.claim(Claim::equal(
-        TOPIC,
-        format!("random points in {D} dimensions: slope −1/2"),
-        -0.5,
-        mc.value,
-        mc.standard_error,
-    ));
-    let predicted = -0.5 - 1.0 / d;
-    e.claim(Claim::close(
-        TOPIC,
-        format!("one random point in each of n^{D} cells: slope −1/2 − 1/d"),
-        predicted,
-        strat.value,
-        strat.standard_error,
-        0.05 * predicted.abs() + 0.02,
-    ));
-    if D <= 4 {
-        // Up to powers of the logarithm, which are slow to fade: -3/2 is the limit.
-        e.claim(Claim::within(
+
+    fn claims(&self, e: &mut Experiment) {
+        let (dimensions, d) = (self.dimensions, self.dimensions as f64);
+        // The rules reach their order from the third cell on; a few per cent are left for the fewest cells.
+        let mut rule = |name: &str, order: f64, points: &[(f64, f64)], left: f64| {
+            let (predicted, measured) = (-order / d, plain_slope(points));
+            let claim = format!("{name} in {dimensions} dimensions: slope −{order}/d");
+            e.claim(Claim::within(TOPIC, claim, predicted, measured, band(predicted, left)));
+        };
+        rule("midpoint rule", 2.0, &self.midpoint, 0.06);
+        if self.simpson.len() > 2 {
+            // Over the cells n^d, not the nodes (n + 1)^d, which bend the line where there are few.
+            rule("Simpson's rule", 4.0, &self.simpson, 0.1);
+        }
+        let (mc, strat, qmc) = (fitted(&self.random), fitted(&self.jittered), fitted(&self.sobol));
+        e.claim(Claim::equal(
             TOPIC,
-            format!("Owen-scrambled Sobol' points in {D} dimensions: slope towards −3/2"),
-            -1.5,
-            qmc.value,
-            [-1.5 - 0.1 - z_limit() * qmc.standard_error, -0.9 + z_limit() * qmc.standard_error],
+            format!("random points in {dimensions} dimensions: slope −1/2"),
+            -0.5,
+            mc.value,
+            mc.standard_error,
         ));
+        let predicted = -0.5 - 1.0 / d;
+        e.claim(Claim::close(
+            TOPIC,
+            format!("one random point in each of n^{dimensions} cells: slope −1/2 − 1/d"),
+            predicted,
+            strat.value,
+            strat.standard_error,
+            0.05 * predicted.abs() + 0.02,
+        ));
+        if dimensions <= 4 {
+            // Up to powers of the logarithm, which are slow to fade: -3/2 is the limit.
+            let scatter = z_limit() * qmc.standard_error;
+            e.claim(Claim::within(
+                TOPIC,
+                format!("Owen-scrambled Sobol' points in {dimensions} dimensions: slope towards −3/2"),
+                -1.5,
+                qmc.value,
+                [-1.5 - 0.1 - scatter, -0.9 + scatter],
+            ));
+        }
     }
-    let n0 = random[0].n;
-    let mut figure = Figure::new(
-        &format!("dimensions-{D}"),
-        format!(
-            "{D} dimension{}: slopes: midpoint {mid:.2}, random {mc}, stratified {strat}, Sobol' {qmc}.",
-            if D > 1 { "s" } else { "" }
-        ),
-        Axis::log("evaluations"),
-        Axis::log("error (rms where random)"),
-    )
-    .with("midpoint rule", Mark::LineDots, midpoint.clone())
-    .with("Simpson's rule", Mark::LineDots, simpson)
-    .with("random", Mark::LineDots, curve(&random))
-    .with("stratified", Mark::LineDots, curve(&jittered))
-    .with("scrambled Sobol'", Mark::LineDots, curve(&sobol));
-    let last = random[random.len() - 1].n;
-    let reference = random[0].rms();
-    figure = figure.with("slope −1/2", Mark::Dashed, vec![(n0, reference), (last, reference * (last / n0).powf(-0.5))]);
-    e.figure(figure);
-    format!("in {D} dimensions midpoint {mid:.2}, random {mc}")
+
+    fn figure(&self, e: &mut Experiment) {
+        let (random, last) = (&self.random, self.random.len() - 1);
+        let (start, end) = ((random[0].n, random[0].rms()), random[last].n);
+        e.figure(
+            Figure::new(
+                &format!("dimensions-{}", self.dimensions),
+                format!(
+                    "{} dimension{}: slopes: midpoint {:.2}, random {}, stratified {}, Sobol' {}.",
+                    self.dimensions,
+                    if self.dimensions > 1 { "s" } else { "" },
+                    plain_slope(&self.midpoint),
+                    fitted(random),
+                    fitted(&self.jittered),
+                    fitted(&self.sobol)
+                ),
+                Axis::log("evaluations"),
+                Axis::log("error (rms where random)"),
+            )
+            .with("midpoint rule", Mark::LineDots, self.midpoint.clone())
+            .with("Simpson's rule", Mark::LineDots, self.simpson.clone())
+            .with("random", Mark::LineDots, curve(random))
+            .with("stratified", Mark::LineDots, curve(&self.jittered))
+            .with("scrambled Sobol'", Mark::LineDots, curve(&self.sobol))
+            .with("slope −1/2", Mark::Dashed, vec![start, (end, start.1 * (end / start.0).powf(-0.5))]),
+        );
+    }
 }
 
 fn band(v: f64, relative: f64) -> [f64; 2] {

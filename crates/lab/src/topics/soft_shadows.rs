@@ -1,8 +1,10 @@
 //! Soft shadows: a point of light, a lamp, and the width of the penumbra against geometry.
 
 use super::prelude::*;
-use crate::stage::{Builder, Vertex, Weights};
-use steradian_math::{Point3, Ray};
+use crate::stage::{Builder, Rgb, Vertex, Weights};
+use steradian_math::{Point2, Point3, Ray};
+use steradian_sampling::sequence::regular_2d;
+use steradian_scene::World;
 
 const TOPIC: Topic = Topic::SoftShadows;
 
@@ -102,70 +104,66 @@ fn widths(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
     Ok(worst)
 }
 
+/// The reflected light of one point of the lamp for each camera ray.
+fn average(world: &World, setting: &Setting, kind: SamplerKind, spp: u32, salt: u64) -> Vec<Rgb> {
+    let seed = setting.seed_for(TOPIC, 100) ^ salt;
+    stage::average(world, setting.threads, kind, spp, seed, |pixel, s| {
+        let v = Vertex::of_pixel(world, pixel, s);
+        let direct = match &v {
+            Vertex::Surface(p) => p.light(s.next_1d(), s.next_2d(), Weights::None),
+            Vertex::Sky(_) => [0.0; 3],
+        };
+        stage::add(v.emitted(), direct)
+    })
+}
+
+/// Four sub-pixels, and the same s x s points of the lamp for all of them.
+fn grid(world: &World, setting: &Setting, s: u32) -> Vec<Rgb> {
+    let source = stage::sampler(world, SamplerKind::Independent, 1, 0);
+    stage::per_pixel(world, setting.threads, &source, |pixel, sampler| {
+        let mut sum = [0.0f32; 3];
+        for i in 0..4 {
+            let [x, y] = regular_2d(i, 2, 2);
+            let film = Point2::new(pixel[0] as f32 + x, pixel[1] as f32 + y);
+            let v = Vertex::at(world, film, sampler);
+            if let Vertex::Surface(p) = &v {
+                for j in 0..s * s {
+                    let light = p.light(0.5, regular_2d(j, s, s), Weights::None);
+                    sum = stage::add(sum, stage::scaled(light, 1.0 / (s * s) as f32));
+                }
+            }
+            sum = stage::add(sum, v.emitted());
+        }
+        stage::scaled(sum, 0.25)
+    })
+}
+
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([36, 27], [120, 90], [240, 180]);
     let width = size[0] as usize;
     let world = stage::penumbra_world(size, SamplerKind::Independent)?;
     let point = stage::penumbra(size, SamplerKind::Independent, false).build()?;
-    let seed = setting.seed_for(TOPIC, 100);
-    let average = |world, kind, spp, seed: u64| {
-        stage::average(world, setting.threads, kind, spp, seed, |pixel, s| {
-            let v = Vertex::of_pixel(world, pixel, s);
-            let direct = match &v {
-                Vertex::Surface(p) => p.light(s.next_1d(), s.next_2d(), Weights::None),
-                Vertex::Sky(_) => [0.0; 3],
-            };
-            stage::add(v.emitted(), direct)
-        })
-    };
-    // Four sub-pixels, and the same points of the lamp for all of them.
-    let grid = |s: u32| {
-        stage::per_pixel(
-            &world,
-            setting.threads,
-            &stage::sampler(&world, SamplerKind::Independent, 1, 0),
-            |pixel, sampler| {
-                let mut sum = [0.0f32; 3];
-                for i in 0..4 {
-                    let [x, y] = steradian_sampling::sequence::regular_2d(i, 2, 2);
-                    let film = steradian_math::Point2::new(pixel[0] as f32 + x, pixel[1] as f32 + y);
-                    let v = Vertex::at(&world, film, sampler);
-                    if let Vertex::Surface(p) = &v {
-                        for j in 0..s * s {
-                            let light = p.light(0.5, steradian_sampling::sequence::regular_2d(j, s, s), Weights::None);
-                            sum = stage::add(sum, stage::scaled(light, 1.0 / (s * s) as f32));
-                        }
-                    }
-                    sum = stage::add(sum, v.emitted());
-                }
-                stage::scaled(sum, 0.25)
-            },
-        )
-    };
-    let truth = average(&world, SamplerKind::PaddedSobol, setting.effort.pick(1_024, 1_024, 4_096), seed ^ 9);
-    let hard = average(&point, SamplerKind::PaddedSobol, 16, seed);
-    let random = average(&world, SamplerKind::Independent, 16, seed);
-    let stratified = average(&world, SamplerKind::Stratified, 16, seed);
+    let truth_spp = setting.effort.pick(1_024, 1_024, 4_096);
+    let truth = average(&world, setting, SamplerKind::PaddedSobol, truth_spp, 9);
+    let error = |picture: &[Rgb]| stage::mse(picture, &truth);
+    let hard = average(&point, setting, SamplerKind::PaddedSobol, 16, 0);
+    let random = average(&world, setting, SamplerKind::Independent, 16, 0);
+    let stratified = average(&world, setting, SamplerKind::Stratified, 16, 0);
     let mut shown = vec![paint::colour("point", "a point of light: hard shadows", width, &hard)];
-    let mut errors = Vec::new();
+    let mut grids = Vec::new();
     for s in [1u32, 2, 4] {
-        let picture = grid(s);
-        let error = stage::mse(&picture, &truth);
+        let picture = grid(&world, setting, s);
+        grids.push(error(&picture));
         shown.push(paint::colour(
             &format!("grid-{s}"),
-            format!("the same {s} × {s} points of the lamp, 2 × 2 per pixel: mse {error:.1e}"),
+            format!("the same {s} × {s} points of the lamp, 2 × 2 per pixel: mse {:.1e}", error(&picture)),
             width,
             &picture,
         ));
-        errors.push((s, error));
     }
-    let (r, t) = (stage::mse(&random, &truth), stage::mse(&stratified, &truth));
-    shown.push(paint::colour(
-        "random",
-        format!("16 rays, a random point of the lamp each: mse {r:.1e}"),
-        width,
-        &random,
-    ));
+    let (h, r, t) = (error(&hard), error(&random), error(&stratified));
+    let caption = format!("16 rays, a random point of the lamp each: mse {r:.1e}");
+    shown.push(paint::colour("random", caption, width, &random));
     shown.push(paint::colour("stratified", format!("16 rays, stratified: mse {t:.1e}"), width, &stratified));
     shown.push(paint::colour("reference", "reference", width, &truth));
     e.pictures(shown);
@@ -174,7 +172,7 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         TOPIC,
         "picture: squared error of 2 × 2 points of the lamp over that of its centre alone",
         0.8,
-        errors[1].1 / errors[0].1,
+        grids[1] / grids[0],
     ));
     e.claim(Claim::at_most(
         TOPIC,
@@ -182,14 +180,14 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         0.8,
         t / r,
     ));
-    let hard_error = stage::mse(&hard, &truth);
     e.claim(Claim::at_least(
         TOPIC,
         "picture: squared error of the point of light over that of 16 stratified lamp samples",
         2.0,
-        hard_error / t,
+        h / t,
     ));
     Ok(format!(
-        "A point of light leaves a squared error of {hard_error:.1e} that no number of rays removes; 16 rays to random points of the lamp have {r:.1e}, stratified {t:.1e}."
+        "A point of light leaves a squared error of {h:.1e} that no number of rays removes; 16 rays to random points of the lamp have {r:.1e}, \
+         stratified {t:.1e}."
     ))
 }

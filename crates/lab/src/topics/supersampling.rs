@@ -17,10 +17,33 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          jittered and random samples per pixel are compared with it, over many triangles.",
     );
     let size = setting.effort.pick(32, 48, 64);
-    let triangles = setting.effort.pick(12, 40, 200);
-    let seed = setting.seed_for(TOPIC, 1);
-    let shown = [[0.12, 0.2], [0.93, 0.33], [0.38, 0.9]].map(|p: P| p.map(|v| v * size as f64));
-    let exact = coverage(&shown, size);
+    shown(&mut e, size);
+    let edges = Edges::measure(setting, size);
+    edges.claims(&mut e);
+    edges.figure(&mut e);
+    let [regular, jittered, random] = &edges.slopes;
+    e.result = format!(
+        "k × k rays turn two grey levels into k² + 1. The error on edges falls with k to the power {regular} (regular), {jittered} (jittered) and \
+         {random} (random): per ray, order pays twice, first on average and then again because only cells that the edge crosses can be wrong."
+    );
+    let rms = |i: usize| edges.curves[1][i].rms();
+    e.answer(
+        2,
+        format!(
+            "By an integral over the pixel, which k × k point samples estimate: rms error on edges {:.3} with 1 ray, {:.3} with 4 × 4 and {:.4} \
+             with 16 × 16 jittered ones.",
+            rms(0),
+            rms(2),
+            rms(4)
+        ),
+    );
+    Ok(e)
+}
+
+/// One triangle with k x k regular samples: the grey levels that a pixel can take.
+fn shown(e: &mut Experiment, size: usize) {
+    let triangle = [[0.12, 0.2], [0.93, 0.33], [0.38, 0.9]].map(|p: P| p.map(|v| v * size as f64));
+    let exact = coverage(&triangle, size);
     let mut pictures = Vec::new();
     let mut levels = Table::new(
         "levels",
@@ -28,116 +51,122 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         &["k", "grey levels", "k² + 1", "largest error", "rms error on the edge"],
     );
     for k in [1u32, 2, 4, 8] {
-        let values = sample(&shown, size, |i, _| regular_2d(i, k, k), k * k);
+        let values = sample(&triangle, size, |i, _| regular_2d(i, k, k), k * k);
         pictures.push(paint::grey(&format!("k{k}"), format!("k = {k}: {} rays per pixel", k * k), size, &values));
         let mut distinct: Vec<u32> = values.iter().map(|v| (v * f64::from(k * k)).round() as u32).collect();
         distinct.sort_unstable();
         distinct.dedup();
-        let found = distinct.len() as f64;
-        let most = f64::from(k * k + 1);
+        let (found, most) = (distinct.len() as f64, f64::from(k * k + 1));
         e.claim(Claim::within(TOPIC, format!("grey levels with k = {k}: at most k² + 1"), most, found, [2.0, most]));
-        let errors: Vec<f64> =
-            values.iter().zip(&exact).filter(|(_, c)| **c > 0.0 && **c < 1.0).map(|(v, c)| v - c).collect();
+        let errors: Vec<f64> = on_edge(&values, &exact).collect();
         let largest = errors.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-        let rms = (errors.iter().map(|v| v * v).sum::<f64>() / errors.len() as f64).sqrt();
+        let rms = root_mean_square(&errors);
         levels.row([k.to_string(), found.to_string(), most.to_string(), format!("{largest:.3}"), format!("{rms:.4}")]);
     }
     pictures.push(paint::grey("exact", "exact coverage", size, &exact));
     e.pictures(pictures);
     e.slider("k1", "exact", "One ray per pixel against the exact average.");
     e.table(levels);
+}
 
-    // Slopes over many triangles: each one is a repeat.
-    let polygons: Vec<[P; 3]> = (0..triangles)
-        .map(|i| {
-            let mut rng = Rng::new(seed, 1_000 + i);
-            std::array::from_fn(|_| [rng.f64() * size as f64, rng.f64() * size as f64])
-        })
-        .collect();
-    let truths: Vec<Vec<f64>> = polygons.iter().map(|p| coverage(p, size)).collect();
-    let mut curves: [Vec<ErrorAt>; 3] = Default::default();
-    for k in [1u32, 2, 4, 8, 16] {
-        let mut means: [Vec<f64>; 3] = Default::default();
-        let per_polygon = parallel::map(setting.threads, polygons.len(), |t| {
-            let rng = std::cell::Cell::new(Rng::new(seed, 50_000 + (t as u64) * 100 + u64::from(k)));
-            let salt = seed ^ ((t as u64) << 20) ^ u64::from(k);
-            let patterns: [&dyn Fn(u32, u64) -> [f32; 2]; 3] = [
-                &|i, _| regular_2d(i, k, k),
-                &|i, pixel| jittered_2d(i, k, k, salt.wrapping_add(pixel << 32)),
-                &|_, _| {
-                    let mut r = rng.get();
-                    let p = r.f32_2d();
-                    rng.set(r);
-                    p
-                },
-            ];
-            patterns.map(|pattern| {
-                let values = sample(&polygons[t], size, pattern, k * k);
-                let edge: Vec<f64> = values
-                    .iter()
-                    .zip(&truths[t])
-                    .filter(|(_, c)| **c > 0.0 && **c < 1.0)
-                    .map(|(v, c)| (v - c) * (v - c))
-                    .collect();
-                (edge.iter().sum::<f64>() / edge.len().max(1) as f64).sqrt()
+/// The errors of the pixels that an edge crosses.
+fn on_edge<'a>(values: &'a [f64], exact: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    values.iter().zip(exact).filter(|(_, c)| **c > 0.0 && **c < 1.0).map(|(v, c)| v - c)
+}
+
+fn root_mean_square(errors: &[f64]) -> f64 {
+    (errors.iter().map(|v| v * v).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+}
+
+/// Errors on the edges of many triangles, each of which is a repeat: regular, jittered, random.
+struct Edges {
+    triangles: usize,
+    curves: [Vec<ErrorAt>; 3],
+    slopes: [Slope; 3],
+}
+
+impl Edges {
+    fn measure(setting: &Setting, size: usize) -> Self {
+        let seed = setting.seed_for(TOPIC, 1);
+        let triangles: Vec<[P; 3]> = (0..setting.effort.pick(12, 40, 200))
+            .map(|i| {
+                let mut rng = Rng::new(seed, 1_000 + i);
+                std::array::from_fn(|_| [rng.f64() * size as f64, rng.f64() * size as f64])
             })
-        });
-        for values in per_polygon {
-            for (all, v) in means.iter_mut().zip(values) {
-                all.push(v);
+            .collect();
+        let truths: Vec<Vec<f64>> = triangles.iter().map(|p| coverage(p, size)).collect();
+        let mut curves: [Vec<ErrorAt>; 3] = Default::default();
+        for k in [1u32, 2, 4, 8, 16] {
+            let errors = parallel::map(setting.threads, triangles.len(), |t| {
+                errors_of(&triangles[t], &truths[t], size, k, seed ^ ((t as u64) << 20) ^ u64::from(k))
+            });
+            for (i, curve) in curves.iter_mut().enumerate() {
+                curve.push(ErrorAt::of(f64::from(k), errors.iter().map(|of_triangle| of_triangle[i])));
             }
         }
-        for (curve, errors) in curves.iter_mut().zip(means) {
-            curve.push(ErrorAt::of(f64::from(k), errors));
+        let slopes = std::array::from_fn(|i| slope(&curves[i][1..]).expect("four points"));
+        Self { triangles: triangles.len(), curves, slopes }
+    }
+
+    fn claims(&self, e: &mut Experiment) {
+        let [regular, jittered, random] = &self.slopes;
+        e.claim(Claim::close(
+            TOPIC,
+            "random samples: rms error on the edge over k, slope −1",
+            -1.0,
+            random.value,
+            random.standard_error,
+            0.02,
+        ));
+        e.claim(Claim::close(
+            TOPIC,
+            "jittered samples: slope −3/2, because the edge crosses only about k of the k² cells",
+            -1.5,
+            jittered.value,
+            jittered.standard_error,
+            0.08,
+        ));
+        let scatter = z_limit() * regular.standard_error;
+        e.claim(Claim::within(
+            TOPIC,
+            "regular samples: slope near −3/2 on edges of random slope",
+            -1.5,
+            regular.value,
+            [-1.9 - scatter, -1.2 + scatter],
+        ));
+    }
+
+    fn figure(&self, e: &mut Experiment) {
+        let [regular, jittered, random] = &self.slopes;
+        let mut figure = Figure::new(
+            "edge",
+            format!(
+                "Rms error of pixels on the edges of {} random triangles. Slopes over k: regular {regular}, jittered {jittered}, random {random}.",
+                self.triangles
+            ),
+            Axis::log("k (k × k rays per pixel)"),
+            Axis::log("rms error on the edge"),
+        );
+        for (name, points) in ["regular", "jittered", "random"].iter().zip(&self.curves) {
+            figure = figure.with(*name, Mark::LineDots, curve(points));
         }
+        let start = self.curves[2][0].rms();
+        let line = |s: f64| vec![(1.0, start), (16.0, start * 16f64.powf(s))];
+        e.figure(figure.with("slope −1", Mark::Dashed, line(-1.0)).with("slope −3/2", Mark::Dashed, line(-1.5)));
     }
-    let names = ["regular", "jittered", "random"];
-    let slopes: Vec<Slope> = curves.iter().map(|c| slope(&c[1..]).expect("four points")).collect();
-    e.claim(Claim::close(
-        TOPIC,
-        "random samples: rms error on the edge over k, slope −1",
-        -1.0,
-        slopes[2].value,
-        slopes[2].standard_error,
-        0.02,
-    ));
-    e.claim(Claim::close(
-        TOPIC,
-        "jittered samples: slope −3/2, because the edge crosses only about k of the k² cells",
-        -1.5,
-        slopes[1].value,
-        slopes[1].standard_error,
-        0.08,
-    ));
-    e.claim(Claim::within(
-        TOPIC,
-        "regular samples: slope near −3/2 on edges of random slope",
-        -1.5,
-        slopes[0].value,
-        [-1.9 - z_limit() * slopes[0].standard_error, -1.2 + z_limit() * slopes[0].standard_error],
-    ));
-    let mut figure = Figure::new(
-        "edge",
-        format!(
-            "Rms error of pixels on the edges of {triangles} random triangles. Slopes over k: regular {}, jittered {}, random {}.",
-            slopes[0], slopes[1], slopes[2]
-        ),
-        Axis::log("k (k × k rays per pixel)"),
-        Axis::log("rms error on the edge"),
-    );
-    for (name, points) in names.iter().zip(&curves) {
-        figure = figure.with(*name, Mark::LineDots, curve(points));
-    }
-    let start = curves[2][0].rms();
-    let line = |s: f64| vec![(1.0, start), (16.0, start * 16f64.powf(s))];
-    e.figure(figure.with("slope −1", Mark::Dashed, line(-1.0)).with("slope −3/2", Mark::Dashed, line(-1.5)));
-    e.result = format!(
-        "k × k rays turn two grey levels into k² + 1. The error on edges falls with k to the power {} (regular), {} (jittered) and {} \
-         (random): per ray, order pays twice, first on average and then again because only cells that the edge crosses can be wrong.",
-        slopes[0], slopes[1], slopes[2]
-    );
-    e.answer(2, format!("By an integral over the pixel, which k × k point samples estimate: rms error on edges {:.3} with 1 ray, {:.3} with 4 × 4 and {:.4} with 16 × 16 jittered ones.", curves[1][0].rms(), curves[1][2].rms(), curves[1][4].rms()));
-    Ok(e)
+}
+
+/// Rms errors on the edges of one triangle with k x k regular, jittered and random samples.
+fn errors_of(triangle: &[P; 3], exact: &[f64], size: usize, k: u32, salt: u64) -> [f64; 3] {
+    let rng = std::cell::RefCell::new(Rng::new(salt, 50_000));
+    let patterns: [&dyn Fn(u32, u64) -> [f32; 2]; 3] =
+        [&|i, _| regular_2d(i, k, k), &|i, pixel| jittered_2d(i, k, k, salt.wrapping_add(pixel << 32)), &|_, _| {
+            rng.borrow_mut().f32_2d()
+        }];
+    patterns.map(|pattern| {
+        let values = sample(triangle, size, pattern, k * k);
+        root_mean_square(&on_edge(&values, exact).collect::<Vec<_>>())
+    })
 }
 
 fn inside(t: &[P; 3], p: P) -> bool {

@@ -88,6 +88,8 @@ impl Loader<'_> {
             Storage::U8(_) => true,
             Storage::F16(s) => s.iter().all(|v| v.is_finite()),
             Storage::F32(s) => s.iter().all(|v| v.is_finite()),
+            // Nothing that was just read is in a scratch file.
+            Storage::Mapped(..) => true,
         };
         if !finite {
             params.error(format!("{name}: a light's image cannot have infinite or undefined pixels"), span);

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use steradian_image::{Image, Lookup, Texels, Wrap};
 use steradian_math::{Frame, PI, Point3, Transform, Vec3, cos};
 use steradian_sampling::warp::{square_to_lat_long, square_to_octahedral};
-use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, TextureImage};
+use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, LightGroup, TextureImage};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, cie};
 use steradian_syntax::{Directive, Span};
 
@@ -47,7 +47,8 @@ impl Loader<'_> {
         };
         let radiance = given.unwrap_or_else(|| white(space));
         scale /= positive_photometric(p, "L", &radiance)?;
-        Some(AreaLight { radiance, scale, two_sided, power, image })
+        let group = Some(self.light_group(p));
+        Some(AreaLight { radiance, scale, two_sided, power, image, group })
     }
 
     /// `LightSource "type"`.
@@ -72,8 +73,35 @@ impl Loader<'_> {
                 None
             }
         };
+        if light.is_some() {
+            let group = self.light_group(p);
+            self.scene.groups_of_lights.resize(self.scene.lights.len(), None);
+            self.scene.groups_of_lights.push(Some(group));
+        }
         self.scene.lights.extend(light);
         self.diagnostics.append(&mut params.finish());
+    }
+
+    /// The group that a light names with `lightgroup`, which pbrt does not know, or one of its own.
+    fn light_group(&mut self, p: &mut Params) -> Handle<LightGroup> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let mut name = String::new();
+        if let Some((word, span)) = p.string("lightgroup") {
+            if word.is_empty() || word == "default" || !word.chars().all(plain) {
+                p.error(
+                    format!(
+                        "`lightgroup` is a word of letters, digits, _ and -, and not `default`; it cannot be \"{word}\""
+                    ),
+                    span,
+                );
+            }
+            name = word;
+        }
+        let known = self.scene.light_groups.as_slice().iter().position(|g| !name.is_empty() && g.name == name);
+        match known {
+            Some(index) => Handle::from_index(index),
+            None => self.scene.light_groups.push(LightGroup { name }),
+        }
     }
 
     /// The intensity of a light, and the factor that gives it luminous intensity `scale`.

@@ -45,6 +45,11 @@ impl Observer for Interrupter {
     }
 }
 
+/// Some of what can be kept beside a picture.
+fn layers(world: &World) -> Layers {
+    Layers::new(vec![Layer::Direct, Layer::FoundByLobe, Layer::Outliers], world)
+}
+
 fn go(
     world: &World,
     goals: &Goals,
@@ -53,10 +58,12 @@ fn go(
     stop_after: Option<u32>,
 ) -> (Rendered, Option<Vec<u8>>) {
     let identity = Identity::new();
+    let layers = layers(world);
     let task = Task {
         world,
         plan: Plan { spp: 100, threads, time_limit: None },
         goals: goals.clone(),
+        layers: &layers,
         label: Label { identity: &identity, note: b"note" },
         resume,
     };
@@ -106,7 +113,8 @@ fn a_render_that_is_killed_and_resumed_is_the_same() {
 fn an_interrupted_picture_is_of_whole_passes() {
     let world = world();
     let (whole, _) = go(&world, &Goals::default(), 2, None, None);
-    let (stopped, _) = go(&world, &Goals::default(), 2, None, Some(40));
+    // One thread sees the request at its next tile; of two, one may finish all before the other has made it.
+    let (stopped, _) = go(&world, &Goals::default(), 1, None, Some(40));
     assert_eq!(stopped.outcome, Outcome::Interrupted);
     let [least, most] = stopped.film.samples();
     assert!(least == most && least == stopped.spp && least > 0, "{least} {most}");
@@ -127,7 +135,9 @@ fn a_finished_render_goes_on_to_more_samples() {
             let identity = Identity::new();
             let label = Label { identity: &identity, note: &[] };
             let plan = Plan { spp, threads: 2, time_limit: None };
-            run(Task { world: &world, plan, goals: goals.clone(), label, resume }, &Quiet, &AtomicBool::new(false))
+            let layers = layers(&world);
+            let task = Task { world: &world, plan, goals: goals.clone(), layers: &layers, label, resume };
+            run(task, &Quiet, &AtomicBool::new(false))
         };
         let first = kept(&at(50, None));
         let second = kept(&at(71, Some(first)));
@@ -149,7 +159,8 @@ fn shares_join_to_the_whole() {
                     let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
                     let goals = Goals { share, ..Goals::default() };
                     let label = Label { identity: &identity, note: &[] };
-                    let task = Task { world: &world, plan: plan.clone(), goals, label, resume: None };
+                    let task =
+                        Task { world: &world, plan: plan.clone(), goals, layers: &layers(&world), label, resume: None };
                     kept(&run(task, &Quiet, &AtomicBool::new(false)))
                 })
                 .collect();

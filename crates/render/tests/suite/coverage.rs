@@ -6,10 +6,10 @@ use std::sync::atomic::AtomicBool;
 use steradian_math::Vec3;
 use steradian_render::*;
 use steradian_sampling::SamplerKind;
-use steradian_scene::{LightSelection, Scene, World};
+use steradian_scene::{Ior, LightSelection, Roughness, Scattering, Scene, World};
 use steradian_spectrum::ColorMode;
 
-/// A box with a lamp; a ball under a sky, most of which is quiet; a glass ball in a box, with a caustic.
+/// A box with a lamp; a ball under a sky, most of which is quiet; a glass ball in a box in wavelengths, with a caustic.
 fn scene(name: &str, size: u32, kind: SamplerKind) -> Scene {
     match name {
         "sky" => {
@@ -20,7 +20,13 @@ fn scene(name: &str, size: u32, kind: SamplerKind) -> Scene {
             s.primitives.push(sphere(0.7, Vec3::default(), m));
             s
         }
-        "spectral box" => cornell(size, 64, ColorMode::Spectral, kind, LightSelection::Tree),
+        "caustic" => {
+            let mut s = cornell(size, 64, ColorMode::Spectral, kind, LightSelection::Tree);
+            let roughness = Roughness { u: float(&mut s, 0.0), v: float(&mut s, 0.0), remap: false };
+            let glass = material(&mut s, Scattering::Dielectric { eta: Ior::Constant(1.5), roughness });
+            s.primitives.push(sphere(0.25, Vec3::new(0.1, 0.25, -0.6), glass));
+            s
+        }
         _ => cornell(size, 64, ColorMode::Rgb, kind, LightSelection::Tree),
     }
 }
@@ -32,7 +38,7 @@ pub fn at(name: &str, size: u32, seed: u64, spp: u32, goals: &Goals) -> Rendered
     let identity = Identity::new();
     let label = Label { identity: &identity, note: &[] };
     let plan = Plan { spp, threads: 2, time_limit: None };
-    let task = Task { world: &world, plan, goals: goals.clone(), label, resume: None };
+    let task = Task { world: &world, plan, goals: goals.clone(), layers: &Layers::default(), label, resume: None };
     run(task, &Quiet, &AtomicBool::new(false))
 }
 

@@ -5,6 +5,7 @@ mod counters;
 mod coverage;
 mod determinism;
 mod furnace;
+mod layers;
 mod media;
 mod scenes;
 mod translucent;

@@ -83,7 +83,7 @@ pub fn quad(scene: &mut Scene, p: [[f32; 3]; 4], material: Handle<Material>) -> 
 
 pub fn area_light(scale: f32, two_sided: bool) -> AreaLight {
     let (radiance, scale) = white_light(scale);
-    AreaLight { radiance, scale, two_sided, power: None, image: None }
+    AreaLight { radiance, scale, two_sided, power: None, image: None, group: None }
 }
 
 pub fn environment(scene: &mut Scene, scale: f32) {

@@ -1,10 +1,10 @@
 //! Whitted's ray tracing against scenes whose radiance is known, and distribution ray tracing against path tracing.
 
 use crate::scenes::*;
-use crate::techniques::{room, same_mean};
+use crate::techniques::{room, room_in_motion, same_mean};
 use std::f32::consts::PI;
 use std::sync::atomic::AtomicBool;
-use steradian_math::{AnimatedTransform, Point3, Transform, Vec3};
+use steradian_math::{Point3, Vec3};
 use steradian_render::{Plan, Quiet, Rendered, render};
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
@@ -196,14 +196,10 @@ fn distributed(mut scene: Scene, d: Distribution, depth: u32) -> Scene {
 #[test]
 fn distribution_has_the_expectation_of_path_tracing() {
     let scene = || {
-        let mut s = room(8, 256, SamplerKind::PaddedSobol);
+        let mut s = room_in_motion(8, 256, SamplerKind::PaddedSobol);
         s.settings.integrator.max_depth = 2;
         let (intensity, scale) = white_light(0.5);
         s.lights.push(Light::Point { position: Point3::new(-0.6, 1.5, -0.5), intensity, scale });
-        s.camera.lens_radius = 0.05;
-        s.camera.focal_distance = 3.4;
-        let end = Transform::translate(Vec3::new(0.1, 0.0, 0.0)).mul(&s.camera.world_from_camera.start);
-        s.camera.world_from_camera = AnimatedTransform::new(s.camera.world_from_camera.start, 0.0, end, 1.0);
         s
     };
     let reference = run(scene(), 1024);

@@ -3,7 +3,7 @@
 use crate::scenes::*;
 use std::sync::atomic::AtomicBool;
 use steradian_integrator::{Integrator, SwitchedPath};
-use steradian_math::{Point3, Vec3};
+use steradian_math::{AnimatedTransform, Point3, Transform, Vec3};
 use steradian_render::{PixelSampler, Plan, Quiet, Rendered, render};
 use steradian_sampling::{Sampler, SamplerKind};
 use steradian_scene::{
@@ -46,6 +46,17 @@ pub fn room(size: u32, spp: u32, sampler: SamplerKind) -> Scene {
     s
 }
 
+/// The same through a lens, by a camera that moves: every domain of random numbers is in use.
+pub fn room_in_motion(size: u32, spp: u32, sampler: SamplerKind) -> Scene {
+    let mut s = room(size, spp, sampler);
+    s.camera.lens_radius = 0.05;
+    s.camera.focal_distance = 3.4;
+    let start = s.camera.world_from_camera.start;
+    let end = Transform::translate(Vec3::new(0.1, 0.0, 0.0)).mul(&start);
+    s.camera.world_from_camera = AnimatedTransform::new(start, 0.0, end, 1.0);
+    s
+}
+
 fn run(scene: Scene, spp: u32) -> Rendered {
     let world = World::build(scene).expect("a sound scene");
     let r = render(&world, &Plan { spp, threads: 2, time_limit: None }, &Quiet, &AtomicBool::new(false));
@@ -69,9 +80,12 @@ fn quarters(r: &Rendered) -> Vec<(f64, f64)> {
     sums.iter().map(|(m, v)| (m / n, v / (n * n))).collect()
 }
 
-/// Whether two renderings have the same mean, in every quarter and channel. False alarms: 1e-6 over `comparisons`.
+/// How often a test here fails though all is well: all its comparisons together.
+const FALSE_ALARM: f64 = 5e-7;
+
+/// Whether two renderings have the same mean, in every quarter and channel. False alarms: [`FALSE_ALARM`] over `comparisons`.
 pub fn same_mean(a: &Rendered, b: &Rendered, comparisons: u32, what: &str) {
-    let limit = bonferroni(1e-6, 12 * comparisons);
+    let limit = bonferroni(FALSE_ALARM, 12 * comparisons);
     for (i, ((ma, va), (mb, vb))) in quarters(a).into_iter().zip(quarters(b)).enumerate() {
         let p = z_test(ma, va + vb, mb);
         assert!(p > limit, "{what}: quarter {}, channel {}: {ma} is not {mb}, p = {p:e}", i / 3, i % 3);
@@ -112,15 +126,47 @@ fn combinations() -> Vec<Techniques> {
 
 #[test]
 fn every_combination_of_switches_has_the_same_expectation() {
-    let reference = run(room(8, 1024, SamplerKind::PaddedSobol), 1024);
+    let reference = run(room_in_motion(8, 1024, SamplerKind::PaddedSobol), 1024);
     let all = combinations();
     assert_eq!(all.len(), 52);
     for techniques in &all {
         let spp = if techniques.light_sampling { 400 } else { 800 };
-        let mut scene = room(8, spp, SamplerKind::Independent);
+        let mut scene = room_in_motion(8, spp, SamplerKind::Independent);
         scene.settings.sampler.seed = 77;
         scene.settings.integrator.techniques = *techniques;
         same_mean(&run(scene, spp), &reference, all.len() as u32, &format!("{techniques:?}"));
+    }
+}
+
+/// Each domain has a switch of its own: it changes the picture, and not its mean.
+#[test]
+fn every_domain_is_stratified_by_itself() {
+    type Domain = fn(&mut Stratify) -> &mut Stratification;
+    let domains: [(&str, Domain); 5] = [
+        ("pixel", |s| &mut s.pixel),
+        ("lens", |s| &mut s.lens),
+        ("time", |s| &mut s.time),
+        ("light", |s| &mut s.light),
+        ("lobe", |s| &mut s.lobe),
+    ];
+    let reference = run(room_in_motion(8, 1024, SamplerKind::PaddedSobol), 1024);
+    let picture = |stratify: Stratify| {
+        let mut scene = room_in_motion(8, 256, SamplerKind::Independent);
+        scene.settings.sampler.seed = 78;
+        scene.settings.integrator.techniques.stratify = stratify;
+        run(scene, 256)
+    };
+    let none = picture(Stratify::all(Stratification::None));
+    let mut seen = vec![none.film.mean()];
+    for (name, domain) in domains {
+        for kind in [Stratification::Jittered, Stratification::LowDiscrepancy] {
+            let mut stratify = Stratify::all(Stratification::None);
+            *domain(&mut stratify) = kind;
+            let r = picture(stratify);
+            same_mean(&r, &reference, 10, &format!("{name}, {kind:?}"));
+            assert!(!seen.contains(&r.film.mean()), "{name}, {kind:?} is one of those before");
+            seen.push(r.film.mean());
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
     AreaLight, CheckerMapping, Error, Instance, Material, Primitive, Roughness, Scattering, Scene, Shape, Texture,
 };
 use steradian_geometry::PreparedTriangle;
-use steradian_image::{Lookup, Pyramid};
+use steradian_image::{Lookup, Pyramid, Scratch};
 use steradian_math::{AnimatedTransform, Bounds3, PI};
 
 /// Objects may contain instances this deep.
@@ -86,7 +86,21 @@ impl World {
     /// If a mesh does not fit together, or there is too much of something; a loader's checks make that impossible for
     /// files.
     pub fn build(scene: Scene) -> Result<World, Error> {
-        let pyramids = pyramids(&scene)?;
+        Self::build_in(scene, None)
+    }
+
+    /// As [`World::build`], with large pictures in a scratch file. The world is the same in every look-up.
+    ///
+    /// # Errors
+    /// As [`World::build`], and if the file cannot be written.
+    pub fn build_in(mut scene: Scene, scratch: Option<&Scratch>) -> Result<World, Error> {
+        if let Some(scratch) = scratch {
+            for handle in scene.images.handles() {
+                let image = &mut scene.images[handle];
+                image.texels = image.texels.clone().into_scratch(scratch).map_err(scratch_error)?;
+            }
+        }
+        let pyramids = pyramids(&scene, scratch)?;
         let (mut scene, pyramids) = displace_meshes(scene, pyramids)?;
         let mut flat = Vec::new();
         let identity = steradian_math::Transform::IDENTITY.into();
@@ -219,7 +233,11 @@ impl World {
     }
 }
 
-fn pyramids(scene: &Scene) -> Result<Vec<Option<Pyramid>>, Error> {
+fn scratch_error(e: std::io::Error) -> Error {
+    Error::Scratch { message: e.to_string() }
+}
+
+fn pyramids(scene: &Scene, scratch: Option<&Scratch>) -> Result<Vec<Option<Pyramid>>, Error> {
     let mut used = vec![false; scene.images.len()];
     let maps =
         scene.float_textures.iter().filter_map(|t| if let Texture::Image(m) = &t.0 { Some(m.image) } else { None });
@@ -240,9 +258,12 @@ fn pyramids(scene: &Scene) -> Result<Vec<Option<Pyramid>>, Error> {
             if !used {
                 return Ok(None);
             }
-            Pyramid::new(image.texels.clone(), image.wrap)
-                .map(Some)
-                .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })
+            let pyramid = Pyramid::new(image.texels.clone(), image.wrap)
+                .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })?;
+            match scratch {
+                Some(scratch) => pyramid.into_scratch(scratch).map(Some).map_err(scratch_error),
+                None => Ok(Some(pyramid)),
+            }
         })
         .collect()
 }

@@ -211,6 +211,29 @@ impl CameraModel {
         RayDifferential { rx_o, ry_o, rx_d, ry_d }.scaled(ray, self.differential_scale)
     }
 
+    /// The raster position where a point is seen at `time`, from the middle of the lens; `None` behind the camera, and for
+    /// projections that are no planes.
+    pub fn raster(&self, p: Point3, time: f32) -> Option<Point2> {
+        let p = self.world_from_camera.at(time).inverse().point(p);
+        let (x, y) = match self.projection {
+            Projection::Perspective { .. } if p.z > 0.0 => (p.x / p.z, p.y / p.z),
+            Projection::Orthographic => (p.x, p.y),
+            _ => return None,
+        };
+        let [x0, x1, y0, y1] = self.window;
+        Some(Point2::new((x - x0) / (x1 - x0) * self.resolution[0], (y1 - y) / (y1 - y0) * self.resolution[1]))
+    }
+
+    /// Whether [`CameraModel::raster`] knows points.
+    pub fn has_raster(&self) -> bool {
+        matches!(self.projection, Projection::Perspective { .. } | Projection::Orthographic)
+    }
+
+    /// When the shutter opens and closes.
+    pub fn shutter(&self) -> [f32; 2] {
+        self.shutter
+    }
+
     /// Samples the diagonal of the film for the smallest footprint, seen in a frame that looks along +z.
     fn find_min_differentials(&mut self) {
         let mut best = [[Vec3::splat(f32::INFINITY); 2]; 2];
@@ -280,6 +303,17 @@ mod tests {
         let bottom = model.ray(&sample(100.0, 100.0)).d;
         assert!((top.angle_between(bottom) - radians(60.0)).abs() < 1e-5);
         assert!(top.y > 0.0 && model.ray(&sample(200.0, 50.0)).d.x > 0.0);
+    }
+
+    #[test]
+    fn points_are_seen_where_their_rays_start() {
+        for projection in [Projection::Perspective { fov: 50.0 }, Projection::Orthographic] {
+            let model = CameraModel::new(&Camera { projection, ..Camera::default() }, [200, 100], true);
+            for (x, y) in [(3.0, 4.0), (150.0, 99.0)] {
+                let at = model.raster(model.ray(&sample(x, y)).at(7.0), 0.0).unwrap();
+                assert!((at.x - x).abs() < 1e-3 && (at.y - y).abs() < 1e-3, "{at:?}");
+            }
+        }
     }
 
     #[test]

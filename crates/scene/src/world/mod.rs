@@ -26,7 +26,7 @@ use group::{Group, Other};
 use light::Lights;
 use medium::BuiltMedium;
 use steradian_geometry::{HitKind, NoTally, Tally};
-use steradian_image::Pyramid;
+use steradian_image::{Pyramid, Texels};
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
 use steradian_sampling::rng::hash_f32;
 use surface::HitShape;
@@ -88,8 +88,10 @@ pub struct Census {
     pub tree_bytes: usize,
     /// Bytes of meshes.
     pub mesh_bytes: usize,
-    /// Bytes of pictures and their pyramids.
+    /// Bytes of memory of pictures and their pyramids.
     pub image_bytes: usize,
+    /// Bytes of those in a scratch file.
+    pub scratch_bytes: usize,
     /// Bytes of the grids of media.
     pub medium_bytes: usize,
 }
@@ -160,10 +162,16 @@ impl World {
                         + size_of_val(m.indices.as_slice())
                 })
                 .sum(),
-            image_bytes: self.pyramids.iter().flatten().map(Pyramid::bytes).sum::<usize>()
-                + self.scene.images.iter().map(|i| i.texels.bytes()).sum::<usize>(),
+            image_bytes: self.pictures(Pyramid::memory, Texels::memory),
+            scratch_bytes: self.pictures(Pyramid::bytes, Texels::bytes)
+                - self.pictures(Pyramid::memory, Texels::memory),
             medium_bytes: self.medium_bytes(),
         }
+    }
+
+    fn pictures(&self, of_pyramid: fn(&Pyramid) -> usize, of_texels: fn(&Texels) -> usize) -> usize {
+        self.pyramids.iter().flatten().map(of_pyramid).sum::<usize>()
+            + self.scene.images.iter().map(|i| of_texels(&i.texels)).sum::<usize>()
     }
 
     /// The nearest surface that a ray meets.

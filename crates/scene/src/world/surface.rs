@@ -212,6 +212,29 @@ impl World {
         }
     }
 
+    /// How far a point of a surface moves over the picture while the shutter is open, in pixels; y down. Zero where that is
+    /// not known.
+    pub fn raster_motion(&self, surface: &Surface) -> Vec2 {
+        if !self.has_motion {
+            return Vec2::default();
+        }
+        let [open, close] = self.camera.shutter();
+        let at = |time: f32| {
+            let p = match surface.instance {
+                None => surface.p,
+                Some(i) => {
+                    let moving = &self.instances[i as usize].world_from_object;
+                    moving.at(time).point(moving.at(surface.time).inverse().point(surface.p))
+                }
+            };
+            self.camera.raster(p, time)
+        };
+        match (at(open), at(close)) {
+            (Some(a), Some(b)) => b - a,
+            _ => Vec2::default(),
+        }
+    }
+
     /// The footprint of the sample at a surface: from the differential where there is one, else as if seen from the
     /// camera.
     pub(super) fn footprint(&self, surface: &Surface, ray: &Ray, differential: Option<&RayDifferential>) -> Footprint {

@@ -4,8 +4,9 @@
 mod soup;
 
 use super::prelude::*;
+use crate::BruteForce;
 use crate::stage::Builder;
-use soup::{Parameters, Search, Soup};
+use soup::{Search, Soup};
 use steradian_scene::{IntegratorKind, Whitted, World};
 
 const TOPIC: Topic = Topic::Cost;
@@ -22,6 +23,9 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          tracing is given the rays that it needs for the same error.",
     );
     let model = model(&mut e, setting);
+    if let Some(parameters) = setting.brute_force {
+        chosen(&mut e, setting, parameters);
+    }
     let tree = trees(&mut e, setting)?;
     let gain = same_error(&mut e, setting);
     let rays = extrapolate(&mut e, &gain);
@@ -39,75 +43,15 @@ fn room(n: usize, lamps: usize, setting: &Setting) -> Soup {
     Soup::new(n, lamps, setting.seed_for(TOPIC, 1)).expect("finite triangles")
 }
 
-const BASE: Parameters = Parameters { m: 4, k: 1, a: 1, s: 1, r: 1, d: 1 };
+const BASE: BruteForce = BruteForce { m: 4, k: 1, a: 1, s: 1, r: 1, d: 1, n: 120, l: 2 };
 
 /// Counted tests against the formula, parameter by parameter.
 fn model(e: &mut Experiment, setting: &Setting) -> f64 {
-    let (n, lamps) = (120usize, 2usize);
-    let soup = room(n, lamps, setting);
-    let l = soup.lamps();
-    let cases = [
-        ("base", BASE),
-        ("m = 8", Parameters { m: 8, ..BASE }),
-        ("k = 2", Parameters { k: 2, ..BASE }),
-        ("k = 3", Parameters { k: 3, ..BASE }),
-        ("a = 2", Parameters { a: 2, ..BASE }),
-        ("a = 3", Parameters { a: 3, ..BASE }),
-        ("s = 2", Parameters { s: 2, ..BASE }),
-        ("s = 4", Parameters { s: 4, ..BASE }),
-        ("d = 3", Parameters { d: 3, ..BASE }),
-        ("r = 2, d = 2", Parameters { r: 2, d: 2, ..BASE }),
-        ("r = 2, d = 4", Parameters { r: 2, d: 4, ..BASE }),
-        ("r = 3, d = 3", Parameters { r: 3, d: 3, ..BASE }),
-        ("k = a = s = r = d = 2", Parameters { m: 4, k: 2, a: 2, s: 2, r: 2, d: 2 }),
-    ];
-    let mut table = Table::new(
-        "counted",
-        format!(
-            "Intersection tests in a room of {n} triangles with {lamps} lamps, {} × {} pixels unless stated.",
-            BASE.m, BASE.m
-        ),
-        &["parameters", "rays", "tests, every triangle", "n · m² k² a² T(d)", "tests, tree", "tests per ray, tree"],
-    );
-    let mut worst = 0.0f64;
-    let mut tree_per_ray = Vec::new();
-    let mut counts = std::collections::BTreeMap::new();
-    let mut points = (Vec::new(), Vec::new());
-    for (name, p) in cases {
-        let (_, linear) = soup.brute_force(Search::Linear, &p, setting.seed);
-        let (_, tree) = soup.brute_force(Search::Tree, &p, setting.seed);
-        let predicted = n as f64 * p.rays(l);
-        worst = worst.max((linear.tests as f64 / predicted - 1.0).abs());
-        let per_ray = tree.tests as f64 / tree.rays as f64;
-        // A handful of rays says little about the mean.
-        if tree.rays >= 400 {
-            tree_per_ray.push(per_ray);
-        }
-        counts.insert(name, linear.tests as f64);
-        points.0.push((predicted, linear.tests as f64));
-        points.1.push((predicted, tree.tests as f64));
-        table.row([
-            name.into(),
-            tree.rays.to_string(),
-            linear.tests.to_string(),
-            format!("{predicted:.0}"),
-            tree.tests.to_string(),
-            format!("{per_ray:.2}"),
-        ]);
-    }
-    e.table(table);
-    let line = points.0.iter().map(|p| (p.0, p.0)).collect();
-    e.figure(
-        Figure::new(
-            "model",
-            "Counted tests over the model's: every triangle lies on the line, the tree runs parallel to it.",
-            Axis::log("model: n m² k² a² T(d)"),
-            Axis::log("counted tests"),
-        )
-        .with("every triangle", Mark::Dots, points.0)
-        .with("tree", Mark::Dots, points.1)
-        .with("model", Mark::Dashed, line),
-    );
+    let soup = room(BASE.n as usize, BASE.l as usize, setting);
+    let counted: Vec<Counted> =
+        CASES.into_iter().map(|(name, change)| Counted::of(name, &soup, change(BASE), setting)).collect();
+    tables(e, &counted);
+    let worst = counted.iter().fold(0.0f64, |m, c| m.max((c.linear / c.predicted - 1.0).abs()));
     e.claim(Claim::within(
         TOPIC,
         "every triangle: worst relative deviation of the counted tests from n m² k² a² T(d), 13 settings",
@@ -115,8 +59,10 @@ fn model(e: &mut Experiment, setting: &Setting) -> f64 {
         worst,
         [0.0, 1e-3],
     ));
-    let mean = tree_per_ray.iter().sum::<f64>() / tree_per_ray.len() as f64;
-    let spread = tree_per_ray.iter().fold(1.0f64, |m, v| m.max(v / mean).max(mean / v));
+    // A handful of rays says little about the mean.
+    let per_ray: Vec<f64> = counted.iter().filter(|c| c.rays >= 400.0).map(|c| c.tree / c.rays).collect();
+    let mean = per_ray.iter().sum::<f64>() / per_ray.len() as f64;
+    let spread = per_ray.iter().fold(1.0f64, |m, v| m.max(v / mean).max(mean / v));
     e.claim(Claim::within(
         TOPIC,
         "tree: tests per ray of all settings with 400 rays and more lie within this factor of their mean (shadow rays stop at the first hit)",
@@ -124,13 +70,116 @@ fn model(e: &mut Experiment, setting: &Setting) -> f64 {
         spread,
         [1.0, 8.0],
     ));
-    let ratio = counts["m = 8"] / counts["base"];
+    // The first two of the cases.
+    let (base, doubled) = (counted[0].linear, counted[1].linear);
+    let ratio = doubled / base;
     e.claim(Claim::within(TOPIC, "tests with twice the m, over those with m: the square", 4.0, ratio, [3.996, 4.004]));
     e.erratum(
         "“Naively improving Whitted ray tracing”: m × m pixels, and O(n k² m a² (…)) tests",
-        format!("With m × m pixels the factor is m², and the worked number indeed puts 10⁶ = 1000² for it. Counted: {} tests at m = 4, {} at m = 8, ratio {ratio:.3}.", counts["base"], counts["m = 8"]),
+        format!(
+            "With m × m pixels the factor is m², and the worked number indeed puts 10⁶ = 1000² for it. Counted: {base} tests at m = 4, \
+             {doubled} at m = 8, ratio {ratio:.3}."
+        ),
     );
     worst
+}
+
+type Change = fn(BruteForce) -> BruteForce;
+
+/// One parameter after the other, then several.
+const CASES: [(&str, Change); 13] = [
+    ("base", |p| p),
+    ("m = 8", |p| BruteForce { m: 8, ..p }),
+    ("k = 2", |p| BruteForce { k: 2, ..p }),
+    ("k = 3", |p| BruteForce { k: 3, ..p }),
+    ("a = 2", |p| BruteForce { a: 2, ..p }),
+    ("a = 3", |p| BruteForce { a: 3, ..p }),
+    ("s = 2", |p| BruteForce { s: 2, ..p }),
+    ("s = 4", |p| BruteForce { s: 4, ..p }),
+    ("d = 3", |p| BruteForce { d: 3, ..p }),
+    ("r = 2, d = 2", |p| BruteForce { r: 2, d: 2, ..p }),
+    ("r = 2, d = 4", |p| BruteForce { r: 2, d: 4, ..p }),
+    ("r = 3, d = 3", |p| BruteForce { r: 3, d: 3, ..p }),
+    ("k = a = s = r = d = 2", |p| BruteForce { k: 2, a: 2, s: 2, r: 2, d: 2, ..p }),
+];
+
+/// Brute force with one set of parameters, against every triangle and through the tree.
+struct Counted {
+    name: String,
+    predicted: f64,
+    rays: f64,
+    linear: f64,
+    tree: f64,
+}
+
+impl Counted {
+    fn of(name: &str, soup: &Soup, p: BruteForce, setting: &Setting) -> Self {
+        let (_, linear) = soup.brute_force(Search::Linear, &p, setting.seed);
+        let (_, tree) = soup.brute_force(Search::Tree, &p, setting.seed);
+        Self {
+            name: name.into(),
+            predicted: p.tests(),
+            rays: tree.rays as f64,
+            linear: linear.tests as f64,
+            tree: tree.tests as f64,
+        }
+    }
+
+    fn row(&self) -> [String; 6] {
+        [
+            self.name.clone(),
+            self.rays.to_string(),
+            self.linear.to_string(),
+            format!("{:.0}", self.predicted),
+            self.tree.to_string(),
+            format!("{:.2}", self.tree / self.rays),
+        ]
+    }
+}
+
+const COUNTED: [&str; 6] =
+    ["parameters", "rays", "tests, every triangle", "n · m² k² a² T(d)", "tests, tree", "tests per ray, tree"];
+
+fn tables(e: &mut Experiment, counted: &[Counted]) {
+    let mut table = Table::new(
+        "counted",
+        format!(
+            "Intersection tests in a room of {} triangles with {} lamps, {} × {} pixels unless stated.",
+            BASE.n, BASE.l, BASE.m, BASE.m
+        ),
+        &COUNTED,
+    );
+    counted.iter().for_each(|c| table.row(c.row()));
+    e.table(table);
+    let points = |f: &dyn Fn(&Counted) -> f64| counted.iter().map(|c| (c.predicted, f(c))).collect();
+    e.figure(
+        Figure::new(
+            "model",
+            "Counted tests over the model's: every triangle lies on the line, the tree runs parallel to it.",
+            Axis::log("model: n m² k² a² T(d)"),
+            Axis::log("counted tests"),
+        )
+        .with("every triangle", Mark::Dots, points(&|c| c.linear))
+        .with("tree", Mark::Dots, points(&|c| c.tree))
+        .with("model", Mark::Dashed, points(&|c| c.predicted)),
+    );
+}
+
+/// The reader's own parameters.
+fn chosen(e: &mut Experiment, setting: &Setting, p: BruteForce) {
+    let soup = room(p.n as usize, p.l as usize, setting);
+    let counted = Counted::of(&p.to_string(), &soup, p, setting);
+    let mut table = Table::new("chosen", "The parameters that were asked for.", &COUNTED);
+    table.row(counted.row());
+    e.table(table);
+    e.claim(Claim::close(
+        TOPIC,
+        format!("{p}: counted tests against every triangle: n m² k² a² T(d)"),
+        counted.predicted,
+        counted.linear,
+        0.0,
+        1e-3 * counted.predicted,
+    ));
 }
 
 /// Tests per ray over the number of triangles, counted by the renderer in its own tree.
@@ -195,10 +244,12 @@ struct Gain {
     line: String,
 }
 
+/// Where brute force and path tracing are compared.
+const SAME: BruteForce = BruteForce { m: 1, k: 1, a: 1, s: 1, r: 1, d: 3, n: 300, l: 4 };
+
 fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
-    let soup = room(300, 4, setting);
-    let l = soup.lamps();
-    let d = 3;
+    let soup = room(SAME.n as usize, SAME.l as usize, setting);
+    let d = SAME.d;
     let m = setting.effort.pick(8, 16, 24);
     let mse = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>() / a.len() as f64;
     let parts = setting.effort.pick(8usize, 32, 64);
@@ -218,14 +269,14 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
         "same-error",
         format!(
             "{} lamps, d = {d}: rays per pixel of brute force, and of path tracing for the same mean squared error.",
-            l
+            SAME.l
         ),
         &["k, a", "s = r", "rays per pixel, brute force", "mean squared error", "rays per pixel, paths", "ratio"],
     );
     let mut ratios = Vec::new();
     let mut points = Vec::new();
     for (k, s) in [(1u32, 1u32), (1, 2), (2, 2), (1, 3), (2, 3)] {
-        let p = Parameters { m, k, a: 1, s, r: s, d };
+        let p = BruteForce { m, k, a: 1, s, r: s, d, ..SAME };
         let repeats = setting.effort.pick(2usize, 4, 8);
         let runs = parallel::map(setting.threads, repeats, |i| {
             soup.brute_force(Search::Tree, &p, setting.seed_for(TOPIC, 900 + i as u64))
@@ -274,11 +325,11 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
 
 /// The slide's numbers.
 fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
-    let slide = Parameters { m: 1_000, k: 8, a: 8, s: 8, r: 8, d: 8 };
-    let (n, lamps) = (1e6, 4);
+    let slide = BruteForce { m: 1_000, k: 8, a: 8, s: 8, r: 8, d: 8, n: 1_000_000, l: 4 };
+    let n = f64::from(slide.n);
     // One level of the bracket: n k² m² a² r² l s².
-    let one_level = n * 64.0 * 1e6 * 64.0 * 64.0 * f64::from(lamps) * 64.0;
-    let full = n * slide.rays(lamps);
+    let one_level = n * 64.0 * 1e6 * 64.0 * 64.0 * f64::from(slide.l) * 64.0;
+    let full = slide.tests();
     e.claim(Claim::within(
         TOPIC,
         "the slide's 64·10¹⁸ is n k² m² a² r² ℓ s², with 2²⁰ taken for 10⁶",
@@ -301,14 +352,14 @@ fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
     );
     let mut points = (Vec::new(), Vec::new());
     for d in 1..=8 {
-        let p = Parameters { d, ..slide };
-        let rays = p.rays(lamps);
+        let p = BruteForce { d, ..slide };
+        let rays = p.rays();
         let paths = 1e6 * 1_000.0 * 2.0 * f64::from(d) * 50.0;
         points.0.push((f64::from(d), rays * n));
         points.1.push((f64::from(d), paths));
         table.row([
             d.to_string(),
-            format!("{:.3e}", p.rays_per_camera_ray(lamps)),
+            format!("{:.3e}", p.rays_per_camera_ray()),
             format!("{rays:.3e}"),
             format!("{:.3e}", rays * n),
             format!("{:.3e}", rays * 50.0),

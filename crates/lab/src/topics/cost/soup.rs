@@ -1,5 +1,6 @@
 //! A closed room full of triangles, traced by brute force as on the slide, with every intersection test counted.
 
+use crate::BruteForce;
 use steradian_bvh::{BuildOptions, Bvh, Primitive};
 use steradian_math::{Bounds3, Frame, Point3, Ray, Vec3};
 use steradian_sampling::Rng;
@@ -12,39 +13,6 @@ pub enum Search {
     Linear,
     /// Only against those in the leaves of a tree that the ray reaches.
     Tree,
-}
-
-/// The lecture's parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameters {
-    /// `m`: the picture has m x m pixels.
-    pub m: u32,
-    /// `k`: k x k places in a pixel.
-    pub k: u32,
-    /// `a`: a x a points of the aperture.
-    pub a: u32,
-    /// `s`: s x s points of each lamp.
-    pub s: u32,
-    /// `r`: r x r rays on from each hit.
-    pub r: u32,
-    /// `d`: bounces.
-    pub d: u32,
-}
-
-impl Parameters {
-    /// Rays for each camera ray: `T(1) = 1 + l s^2`, `T(d) = 1 + l s^2 + r^2 T(d - 1)`; the lecture's bracket, with the
-    /// ray itself counted.
-    pub fn rays_per_camera_ray(&self, lamps: u32) -> f64 {
-        let square = |v: u32| f64::from(v) * f64::from(v);
-        let shadow = f64::from(lamps) * square(self.s);
-        (1..self.d).fold(1.0 + shadow, |t, _| 1.0 + shadow + square(self.r) * t)
-    }
-
-    /// All rays of the picture: `m^2 k^2 a^2 T(d)`.
-    pub fn rays(&self, lamps: u32) -> f64 {
-        let square = |v: u32| f64::from(v) * f64::from(v);
-        square(self.m) * square(self.k) * square(self.a) * self.rays_per_camera_ray(lamps)
-    }
 }
 
 /// A room with lamps.
@@ -173,7 +141,7 @@ impl Soup {
 
     /// Light that arrives along a ray: s x s shadow rays to each lamp, then r x r rays on, d bounces deep, every grid
     /// jittered.
-    fn tree_of_rays(&self, search: Search, ray: &Ray, p: &Parameters, d: u32, rng: &mut Rng, spent: &mut Spent) -> f64 {
+    fn tree_of_rays(&self, search: Search, ray: &Ray, p: &BruteForce, d: u32, rng: &mut Rng, spent: &mut Spent) -> f64 {
         let Some((t, n)) = self.closest(search, ray, spent) else { return 0.0 };
         let at = ray.o + ray.d * t + n * 1e-4;
         let mut light = 0.0;
@@ -220,7 +188,7 @@ impl Soup {
     }
 
     /// The picture by brute force, and what it cost.
-    pub fn brute_force(&self, search: Search, p: &Parameters, seed: u64) -> (Vec<f64>, Spent) {
+    pub fn brute_force(&self, search: Search, p: &BruteForce, seed: u64) -> (Vec<f64>, Spent) {
         let mut spent = Spent::default();
         let picture = (0..p.m * p.m)
             .map(|pixel| {
@@ -308,19 +276,11 @@ mod tests {
     #[test]
     fn tree_and_list_see_the_same() {
         let soup = Soup::new(200, 2, 7).expect("a room");
-        let p = Parameters { m: 6, k: 1, a: 1, s: 1, r: 2, d: 2 };
+        let p = BruteForce { m: 6, k: 1, a: 1, s: 1, r: 2, d: 2, n: 200, l: 2 };
         let (linear, l) = soup.brute_force(Search::Linear, &p, 1);
         let (tree, t) = soup.brute_force(Search::Tree, &p, 1);
         assert_eq!(linear, tree);
         assert_eq!(l.rays, t.rays);
         assert!(t.tests * 3 < l.tests);
-    }
-
-    #[test]
-    fn rays_of_the_formula() {
-        let p = Parameters { m: 2, k: 3, a: 2, s: 2, r: 2, d: 3 };
-        // T(1) = 9, T(2) = 9 + 4 * 9, T(3) = 9 + 4 * 45.
-        assert_eq!(p.rays_per_camera_ray(2), 189.0);
-        assert_eq!(p.rays(2), 4.0 * 9.0 * 4.0 * 189.0);
     }
 }

@@ -25,6 +25,7 @@ pub(crate) use projection::projected_luminance;
 
 use super::texture::rgb_lanes;
 use super::{Surface, World};
+use crate::{Handle, LightGroup};
 use far::{Far, brightness};
 use selection::Selection;
 use steradian_geometry::Reference;
@@ -132,6 +133,14 @@ impl World {
     #[inline]
     pub fn infinite_lights(&self) -> &[u32] {
         &self.lights.infinite
+    }
+
+    /// The group of a light.
+    pub fn light_group(&self, light: u32) -> Option<Handle<LightGroup>> {
+        match self.lights.emitters.get(light as usize) {
+            Some(emitter) => self.area_lights[emitter.emission as usize].group,
+            None => *self.scene.groups_of_lights.get((light as usize).checked_sub(self.lights.emitters.len())?)?,
+        }
     }
 
     /// How many lights there are.
