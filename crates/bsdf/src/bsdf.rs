@@ -8,6 +8,7 @@ use crate::hair::Hair;
 use crate::layered::{CoatedConductor, CoatedDiffuse};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use crate::measured::Measured;
+use crate::metallic_roughness::MetallicRoughness;
 use crate::subsurface::SubsurfaceExit;
 use crate::thin_dielectric::ThinDielectric;
 use steradian_math::Vec3;
@@ -27,6 +28,7 @@ pub enum Bsdf<'w> {
     Hair(Hair),
     Measured(Measured<'w>),
     SubsurfaceExit(SubsurfaceExit),
+    MetallicRoughness(MetallicRoughness),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -43,6 +45,7 @@ macro_rules! with_lobe {
             Bsdf::Hair($lobe) => $body,
             Bsdf::Measured($lobe) => $body,
             Bsdf::SubsurfaceExit($lobe) => $body,
+            Bsdf::MetallicRoughness($lobe) => $body,
         }
     };
 }
@@ -108,6 +111,7 @@ impl Bsdf<'_> {
             Self::Hair(_) => "hair",
             Self::Measured(_) => "measured",
             Self::SubsurfaceExit(_) => "subsurface exit",
+            Self::MetallicRoughness(_) => "metallic-roughness",
         }
     }
 
@@ -142,7 +146,8 @@ from_lobe!(
     CoatedDiffuse,
     CoatedConductor,
     Hair,
-    SubsurfaceExit
+    SubsurfaceExit,
+    MetallicRoughness
 );
 
 impl<'w> From<Measured<'w>> for Bsdf<'w> {

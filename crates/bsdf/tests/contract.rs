@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, Lobe, LobeSample, Lobes,
-    Measured, MeasuredMaterial, MeasuredTables, Part, SubsurfaceExit, ThinDielectric, TransportMode, TrowbridgeReitz,
+    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Lobe, LobeSample, Lobes,
+    Measured, MeasuredMaterial, MeasuredTables, MetallicRoughness, MetallicRoughnessParams, Part, SubsurfaceExit,
+    ThinDielectric, TransportMode, TrowbridgeReitz,
 };
 use steradian_math::Vec3;
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -17,6 +18,20 @@ const PARTS: [Part; 3] = [Part::All, Part::Reflection, Part::Transmission];
 
 fn ggx(x: f32, y: f32) -> TrowbridgeReitz {
     TrowbridgeReitz::new(x, y)
+}
+
+/// A coloured surface of glTF, changed.
+fn gltf(change: &dyn Fn(&mut MetallicRoughnessParams)) -> Bsdf<'static> {
+    let base = Lanes([0.2, 0.5, 0.8, 1.0]);
+    let back = Lanes([0.9, 0.3, 0.5, 1.0]);
+    let mut p = MetallicRoughnessParams {
+        base,
+        alpha: [0.4, 0.4],
+        diffuse_transmission_color: back,
+        ..MetallicRoughnessParams::default()
+    };
+    change(&mut p);
+    MetallicRoughness::new(p).into()
 }
 
 fn metal(d: TrowbridgeReitz) -> Conductor {
@@ -95,6 +110,22 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
         ("measured", Measured::new(&ISOTROPIC, &Wavelengths::sample_uniform(0.1, 400.0, 700.0)).into()),
         ("measured, anisotropic, in RGB", Measured::new(&ANISOTROPIC, &Wavelengths::rgb()).into()),
         ("subsurface exit", SubsurfaceExit::new(1.4).into()),
+        ("plastic", gltf(&|_| {})),
+        ("half metal", gltf(&|p| (p.metallic, p.alpha) = (0.5, [0.3, 0.3]))),
+        ("brushed", gltf(&|p| (p.metallic, p.alpha) = (1.0, [0.6, 0.15]))),
+        ("tinted pane", gltf(&|p| (p.transmission, p.alpha) = (0.8, [0.2, 0.2]))),
+        ("tinted glass", gltf(&|p| (p.transmission, p.thin, p.alpha) = (0.7, false, [0.3, 0.3]))),
+        ("leaf", gltf(&|p| p.diffuse_transmission = 0.6)),
+        ("car paint", gltf(&|p| (p.coat, p.metallic) = ([0.9, 0.15], 0.3))),
+        ("velvet", gltf(&|p| (p.sheen, p.sheen_alpha) = (Lanes([0.9, 0.4, 0.2, 0.6]), 0.2))),
+        (
+            "soap",
+            gltf(&|p| {
+                let lambda = Lanes([630.0, 540.0, 460.0, 500.0]);
+                p.film = Some(Film { factor: 0.8, eta: 1.3, thickness: 420.0, lambda, width: 20.0 });
+                (p.transmission, p.metallic) = (0.4, 0.3);
+            }),
+        ),
         ("rough fur", Hair::new(-0.6, 1.4, Lanes([0.4, 0.1, 1.0, 0.2]), 0.9, 0.9, 5.0).into()),
         ("paint", paint(Dielectric::new(1.5, TrowbridgeReitz::smooth()), Coating::default()).into()),
         ("matt paint", paint(Dielectric::new(1.5, ggx(0.4, 0.4)), Coating { walks: 2, ..Coating::default() }).into()),
@@ -187,7 +218,8 @@ fn samples_follow_the_density() {
         for wo in views() {
             for part in PARTS {
                 // Parts of these are all directions but those of the other side, and their densities take long.
-                if part != Part::All && matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_)) {
+                let layered = matches!(bsdf, Bsdf::MetallicRoughness(_)) && name != "tinted glass";
+                if part != Part::All && (layered || matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_))) {
                     continue;
                 }
                 let test = ChiSquareTest { samples: 50_000, columns: 32, rows: 16, ..ChiSquareTest::default() };
@@ -375,6 +407,10 @@ fn values_integrate_to_the_weights() {
 
 #[test]
 fn furnaces_are_white() {
+    let white_gltf = |metallic: f32, alpha: f32| -> Bsdf {
+        let p = MetallicRoughnessParams { metallic, alpha: [alpha; 2], ..MetallicRoughnessParams::default() };
+        MetallicRoughness::new(p).into()
+    };
     let white = Diffuse::new(Lanes::ONE);
     let thin = Coating { thickness: 1e-6, max_depth: 2000, ..Coating::default() };
     let milk = Coating { thickness: 0.7, albedo: Lanes::ONE, g: -0.3, max_depth: 5000, ..Coating::default() };
@@ -389,6 +425,10 @@ fn furnaces_are_white() {
         ("white hair", Hair::new(0.4, 1.55, Lanes::ZERO, 0.3, 0.3, 2.0).into()),
         ("rough white hair", Hair::new(-0.8, 1.55, Lanes::ZERO, 0.8, 0.7, 3.0).into()),
         ("paint", Layered::new(Dielectric::new(1.5, TrowbridgeReitz::smooth()), white, thin).into()),
+        ("white plastic", white_gltf(0.0, 0.4)),
+        ("rough white plastic", white_gltf(0.0, 1.0)),
+        ("rough white metal", white_gltf(1.0, 0.8)),
+        ("half white metal", white_gltf(0.5, 0.2)),
         ("milk", Layered::new(Dielectric::new(1.5, TrowbridgeReitz::smooth()), white, milk).into()),
         ("milk on silver", Layered::new(Dielectric::new(1.33, TrowbridgeReitz::smooth()), silver, milk).into()),
     ];

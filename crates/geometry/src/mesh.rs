@@ -17,6 +17,10 @@ pub struct TriangleMesh {
     pub tangents: Vec<Vec3>,
     /// Texture coordinates at the vertices; or none, which stands for (0,0), (1,0), (1,1) in each triangle.
     pub uvs: Vec<Point2>,
+    /// Further sets of texture coordinates, each as long as the positions.
+    pub more_uvs: Vec<Vec<Point2>>,
+    /// Red, green, blue and opacity at the vertices; or none, which is white.
+    pub colors: Vec<[f32; 4]>,
     /// Three vertices for each triangle.
     pub indices: Vec<[u32; 3]>,
     /// Whether the geometric normal is opposite to `(p1 - p0) x (p2 - p0)`. Normals at vertices decide if there are any.
@@ -102,7 +106,13 @@ fn derivatives(uv: &[Point2; 3], d02: Vec3, d12: Vec3) -> Option<[Vec3; 2]> {
 impl TriangleMesh {
     /// Checks that indices refer to vertices, that attributes are complete or absent, and that positions are finite.
     pub fn validate(&self) -> Result<(), MeshError> {
-        let attributes = [("normals", self.normals.len()), ("tangents", self.tangents.len()), ("uvs", self.uvs.len())];
+        let mut attributes = vec![
+            ("normals", self.normals.len()),
+            ("tangents", self.tangents.len()),
+            ("uvs", self.uvs.len()),
+            ("colors", self.colors.len()),
+        ];
+        attributes.extend(self.more_uvs.iter().map(|set| ("further uvs", set.len())));
         validate(&self.positions, &attributes, &self.indices)
     }
 
@@ -119,6 +129,8 @@ impl TriangleMesh {
             normals: self.normals.iter().map(normal).collect(),
             tangents: self.tangents.iter().map(|&s| t.vector(s)).collect(),
             uvs: self.uvs.clone(),
+            more_uvs: self.more_uvs.clone(),
+            colors: self.colors.clone(),
             indices: self.indices.clone(),
             flip: self.flip ^ reverse_orientation ^ t.swaps_handedness(),
         }
@@ -145,6 +157,26 @@ impl TriangleMesh {
     pub fn uv(&self, i: usize, b1: f32, b2: f32) -> Point2 {
         let uv = self.face_uvs(i);
         uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
+    }
+
+    /// The texture coordinates of a set at barycentric `b1`, `b2` of face `i`; set 0 is `uvs`. The origin if there is no such
+    /// set.
+    pub fn uv_of_set(&self, set: usize, i: usize, b1: f32, b2: f32) -> Point2 {
+        if set == 0 {
+            return self.uv(i, b1, b2);
+        }
+        let Some(uvs) = self.more_uvs.get(set - 1).filter(|u| !u.is_empty()) else { return Point2::default() };
+        let uv = self.indices[i].map(|v| uvs[v as usize]);
+        uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
+    }
+
+    /// Red, green, blue and opacity at barycentric `b1`, `b2` of face `i`.
+    pub fn color(&self, i: usize, b1: f32, b2: f32) -> [f32; 4] {
+        if self.colors.is_empty() {
+            return [1.0; 4];
+        }
+        let [c0, c1, c2] = self.indices[i].map(|v| self.colors[v as usize]);
+        std::array::from_fn(|k| c0[k] * (1.0 - b1 - b2) + c1[k] * b1 + c2[k] * b2)
     }
 
     /// The interpolated normal, not of unit length; `None` if there are none, or they cancel.

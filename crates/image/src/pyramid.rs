@@ -20,6 +20,8 @@ pub enum Wrap {
     Black,
     /// The nearest texel of the border.
     Clamp,
+    /// The image again, every other one mirrored.
+    Mirror,
     /// The square is an equal-area octahedral map of the sphere (Clarberg 2008), whose edges are glued to themselves. Must be
     /// given for both axes.
     Octahedral,
@@ -49,6 +51,10 @@ impl Wrap {
         let axis = |wrap, i: i64, n: usize| match wrap {
             Wrap::Repeat => Some(i.rem_euclid(n as i64) as usize),
             Wrap::Clamp => Some(i.clamp(0, n as i64 - 1) as usize),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * n as i64);
+                Some(i.min(2 * n as i64 - 1 - i) as usize)
+            }
             _ => (0..n as i64).contains(&i).then_some(i as usize),
         };
         Some((axis(wrap[0], x, w)?, axis(wrap[1], y, h)?))

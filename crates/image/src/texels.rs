@@ -244,6 +244,30 @@ impl Texels {
         Texels { channels, storage, ..self }
     }
 
+    /// One channel as a grey texture; a channel that is not there is the last colour there is, or 1 where it is alpha.
+    ///
+    /// # Errors
+    /// Never for texels that are in order.
+    pub fn channel(&self, c: usize) -> Result<Texels, Error> {
+        let has = if c == 3 { self.alpha_channel() } else { Some(c.min(if self.channels < 3 { 0 } else { 2 })) };
+        fn pick<T: Copy>(s: &[T], n: usize, c: Option<usize>, one: T) -> Vec<T> {
+            s.chunks_exact(n).map(|p| c.map_or(one, |c| p[c])).collect()
+        }
+        let n = self.channels;
+        let storage = match &self.storage {
+            Storage::U8(s) => Storage::U8(pick(s, n, has, 255)),
+            Storage::F16(s) => Storage::F16(pick(s, n, has, f16::ONE)),
+            Storage::F32(s) => Storage::F32(pick(s, n, has, 1.0)),
+            Storage::Mapped(..) => {
+                let texels = 0..self.width * self.height;
+                let values = texels.map(|i| has.map_or(1.0, |c| self.value(i * n, c))).collect();
+                return Texels::new(self.width, self.height, 1, Storage::F32(values), Encoding::Linear);
+            }
+        };
+        let encoding = if c == 3 { Encoding::Linear } else { self.encoding };
+        Texels::new(self.width, self.height, 1, storage, encoding)
+    }
+
     /// A float image with channels `Y`, `Y A`, `R G B` or `R G B A`.
     pub fn to_image(&self) -> Image {
         let names: &[&str] = match self.channels {

@@ -21,7 +21,8 @@ pub use handle::{Arena, Handle};
 pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
 pub use light::{AreaLight, EnvironmentMapping, Light, LightGroup};
 pub use material::{
-    Coat, FloatInput, HairColor, Ior, Material, Metal, Roughness, Scattering, SpectrumInput, Translucency,
+    AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
+    NormalMap, Roughness, Scattering, SpectrumInput, Translucency,
 };
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use scene::Scene;
@@ -35,5 +36,5 @@ pub use technique::{
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Footprint, FreeFlight, Hit,
-    LightContext, LightPoint, LightSample, MediumPoint, MediumRay, Shading, Surface, TextureContext, World,
+    LightContext, LightPoint, LightSample, MediumPoint, MediumRay, MeshPoint, Shading, Surface, TextureContext, World,
 };

@@ -1,6 +1,6 @@
 //! Lights as the user stated them, with scales already photometrically normalised by the loader.
 
-use crate::{Handle, TextureImage};
+use crate::{Handle, SpectrumInput, TextureImage};
 use steradian_math::{Point3, Transform, Vec3};
 use steradian_spectrum::Spectrum;
 
@@ -25,6 +25,8 @@ pub struct AreaLight {
     pub power: Option<f32>,
     /// RGB emission over the surface's uv instead of `radiance`.
     pub image: Option<Handle<TextureImage>>,
+    /// Emission as a texture of illuminants instead of `radiance`: on triangles only.
+    pub texture: Option<SpectrumInput>,
     /// What it is turned up and down with.
     pub group: Option<Handle<LightGroup>>,
 }

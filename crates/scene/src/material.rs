@@ -1,6 +1,6 @@
 //! Materials: textures that feed a scattering model. `World` evaluates them to a `Bsdf` at a point.
 
-use crate::{FloatTexture, Handle, SpectrumTexture, TextureImage};
+use crate::{FloatTexture, Handle, ImageMap, Mapping2, SpectrumTexture, TextureImage};
 use steradian_bsdf::MeasuredMaterial;
 use steradian_spectrum::Spectrum;
 
@@ -184,8 +184,87 @@ pub enum Scattering {
         /// Probability of the second.
         amount: FloatInput,
     },
+    /// The layered surface of glTF 2.0.
+    MetallicRoughness(Box<MetallicRoughnessInputs>),
     /// No scattering: the boundary between two media.
     Interface,
+}
+
+/// The textures of a metallic-roughness surface; see [`steradian_bsdf::MetallicRoughnessParams`].
+#[derive(Clone, Debug)]
+pub struct MetallicRoughnessInputs {
+    /// Albedo, reflectance of metal, tint of glass.
+    pub base: SpectrumInput,
+    /// Share of metal.
+    pub metallic: FloatInput,
+    /// Perceptual roughness; alpha is its square.
+    pub roughness: FloatInput,
+    /// Index of refraction.
+    pub eta: Ior,
+    /// Strength of the dielectric's reflection.
+    pub specular: Option<FloatInput>,
+    /// Its colour, a factor of the reflectance at normal incidence.
+    pub specular_color: Option<SpectrumInput>,
+    /// Reflectance of the dielectric at normal incidence, where it does not follow from the index.
+    pub f0: Option<SpectrumInput>,
+    /// Share that transmits.
+    pub transmission: Option<FloatInput>,
+    /// Whether what is transmitted is not bent.
+    pub thin: bool,
+    /// Share that scatters to the other side, and its colour.
+    pub diffuse_transmission: Option<(FloatInput, SpectrumInput)>,
+    /// Share that is coated, and the coat's perceptual roughness.
+    pub coat: Option<[FloatInput; 2]>,
+    /// Colour of the sheen, and its perceptual roughness.
+    pub sheen: Option<(SpectrumInput, FloatInput)>,
+    /// A film on the surface.
+    pub film: Option<FilmInputs>,
+    /// Roughness that depends on the direction.
+    pub anisotropy: Option<AnisotropyInputs>,
+}
+
+/// A thin film: what share it covers, its index, its thickness in nanometres.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmInputs {
+    /// Share.
+    pub factor: FloatInput,
+    /// Index of refraction.
+    pub eta: f32,
+    /// Thickness in nanometres.
+    pub thickness: FloatInput,
+}
+
+/// Roughness stretched along one direction of the tangent plane.
+#[derive(Clone, Debug)]
+pub struct AnisotropyInputs {
+    /// From 0, round, to 1.
+    pub strength: FloatInput,
+    /// Counterclockwise from the tangent, in radians.
+    pub rotation: f32,
+    /// Red and green as a direction from -1 to 1, turned further by `rotation`.
+    pub direction: Option<ImageMap>,
+    /// Whether the bitangent points the other way: on mirrored texture coordinates.
+    pub mirrored: bool,
+}
+
+/// A normal map in the tangent frame.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// The picture: x, y, z from -1 to 1 as red, green and blue from 0 to 1.
+    pub image: Handle<TextureImage>,
+    /// Where it lies.
+    pub mapping: Mapping2,
+    /// Factor of x and y.
+    pub scale: f32,
+    /// Whether y points the other way: on mirrored texture coordinates.
+    pub mirrored: bool,
+}
+
+impl NormalMap {
+    /// A picture over the surface's own coordinates.
+    pub fn new(image: Handle<TextureImage>) -> Self {
+        Self { image, mapping: Mapping2::default(), scale: 1.0, mirrored: false }
+    }
 }
 
 /// A surface's scattering model with what perturbs its shading frame.
@@ -198,5 +277,5 @@ pub struct Material {
     /// Bump map: height along the normal.
     pub displacement: Option<FloatInput>,
     /// Normal map in the tangent frame; wins over `displacement`.
-    pub normal_map: Option<Handle<TextureImage>>,
+    pub normal_map: Option<NormalMap>,
 }

@@ -19,6 +19,13 @@ pub enum Mapping2 {
         /// Shift of v.
         dv: f32,
     },
+    /// An affine map of one of the mesh's sets of coordinates: `(m00 u + m01 v + m02, m10 u + m11 v + m12)`.
+    Affine {
+        /// Which set; 0 is the surface's own.
+        set: u32,
+        /// Rows of the matrix.
+        rows: [[f32; 3]; 2],
+    },
     /// Polar angle and azimuth around the origin of texture space: `(theta / pi, phi / 2 pi)`.
     Spherical {
         /// World to texture space.
@@ -118,6 +125,22 @@ pub enum Texture<T, C> {
         /// The factor.
         scale: Handle<FloatTexture>,
     },
+    /// `a * b`.
+    Product {
+        /// One factor.
+        a: T,
+        /// The other.
+        b: T,
+    },
+    /// One where the factor texture is at least `at`, else zero.
+    Threshold {
+        /// What is compared.
+        tex: T,
+        /// The threshold.
+        at: f32,
+    },
+    /// The colour at the vertices of a mesh; as a scalar, its opacity.
+    Vertex,
     /// `(1 - amount) * a + amount * b`.
     Mix {
         /// At amount 0.

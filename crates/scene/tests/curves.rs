@@ -35,7 +35,8 @@ fn strand(scene: &mut Scene, t: Transform, shines: bool) -> Primitive {
     let p = [-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0].map(|x| Point3::new(x, 0.0, 0.0));
     let curve = Curve::new(p, [0.2; 2], CurveProfile::Flat).unwrap();
     let radiance = Spectrum::constant(3.0, SpectrumUse::Illuminant);
-    let light = AreaLight { radiance, scale: 1.0, two_sided: true, power: None, image: None, group: None };
+    let light =
+        AreaLight { radiance, scale: 1.0, two_sided: true, power: None, image: None, group: None, texture: None };
     Primitive {
         shape: Shape::Curves(vec![curve]),
         world_from_object: t,

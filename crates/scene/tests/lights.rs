@@ -59,7 +59,15 @@ fn lamp(shape: impl FnOnce(&mut Scene) -> Shape, t: Transform) -> World {
         world_from_object: t,
         reverse_orientation: false,
         material,
-        area_light: Some(AreaLight { radiance, scale, two_sided: true, power: None, image: None, group: None }),
+        area_light: Some(AreaLight {
+            radiance,
+            scale,
+            two_sided: true,
+            power: None,
+            image: None,
+            group: None,
+            texture: None,
+        }),
         alpha: None,
         media: None,
     });

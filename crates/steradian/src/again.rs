@@ -40,7 +40,7 @@ pub(crate) fn complete(args: &RenderArgs) -> Result<(RenderArgs, Option<String>)
 
 /// Where an option is given twice, the last one counts.
 fn parse(options: &str) -> Option<RenderArgs> {
-    let words = ["steradian", "render"].into_iter().chain(options.split_whitespace());
+    let words = ["steradian", "render"].map(String::from).into_iter().chain(crate::model_args::words(options));
     let matches = Cli::command().args_override_self(true).try_get_matches_from(words).ok()?;
     match Cli::from_arg_matches(&matches).ok()?.command {
         Command::Render(args) => Some(*args),

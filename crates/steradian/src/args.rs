@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use crate::aov::Aov;
 use crate::keep::KeepArgs;
 use crate::merge::MergeArgs;
+use crate::model_args::ModelArgs;
 use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Positive, Size};
 use crate::selftest::SelftestArgs;
 use crate::stop::StopArgs;
@@ -19,6 +20,7 @@ Examples:
   steradian render                                  render the scene that is built in
   steradian render kitchen.pbrt -o kitchen.exr      render a pbrt-v4 scene
   steradian render kitchen.pbrt --spp 16 --size 480x270     a quick look
+  steradian render helmet.glb                       a picture of a model
   steradian check kitchen.pbrt                      is anything wrong with the scene?
   steradian compare kitchen.exr reference.exr       do two renderings show the same?
 
@@ -59,7 +61,7 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Trace one path again and print it vertex by vertex
     #[command(after_help = TRACE_NOTES)]
-    Trace(TraceArgs),
+    Trace(Box<TraceArgs>),
     /// Run the lecture's experiments and write a report that opens in any browser
     #[command(after_help = LAB_NOTES)]
     Lab(LabArgs),
@@ -156,7 +158,7 @@ Example:
 /// `render`.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct RenderArgs {
-    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input
+    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), a Mitsuba scene (.xml), a model (.gltf .glb .obj .stl .ply), or - for pbrt on standard input
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub scene: Option<PathBuf>,
 
@@ -174,6 +176,10 @@ pub(crate) struct RenderArgs {
     /// Take the noise out with Open Image Denoise, if that is installed; the noisy picture stays in noisy.R .G .B
     #[arg(long, help_heading = "Output")]
     pub denoise: bool,
+
+    /// Render N pictures of a model from all around, -o FILE.png to FILE.0001.png and so on
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9999), help_heading = "Output")]
+    pub turntable: Option<u32>,
 
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -262,6 +268,9 @@ pub(crate) struct PictureArgs {
 
     #[command(flatten)]
     pub technique: TechniqueArgs,
+
+    #[command(flatten)]
+    pub model: ModelArgs,
 }
 
 /// More than any picture needs, and the most that single precision sums are good for.
@@ -392,9 +401,12 @@ pub(crate) enum ToneMapArg {
 /// A scene, required.
 #[derive(Args, Debug)]
 pub(crate) struct SceneArg {
-    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), or - for standard input
+    /// A pbrt-v4 scene (.pbrt or .pbrt.gz), a Mitsuba scene (.xml), a model (.gltf .glb .obj .stl .ply), or - for pbrt on standard input
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub scene: PathBuf,
+
+    #[command(flatten)]
+    pub model: ModelArgs,
 }
 
 /// `info`.
@@ -403,6 +415,9 @@ pub(crate) struct InfoArgs {
     /// A scene, - for standard input, or an image (.exr .png .jpg .hdr .pfm .tga .bmp .qoi)
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub file: PathBuf,
+
+    #[command(flatten)]
+    pub model: ModelArgs,
 }
 
 const COMPARE_NOTES: &str = "\

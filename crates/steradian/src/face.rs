@@ -27,12 +27,12 @@ impl fmt::Display for LoadError {
 #[error("{0}")]
 pub struct RenderError(String);
 
-/// Reads a pbrt-v4 scene file (`.pbrt` or `.pbrt.gz`). Warnings are dropped: use `steradian_load` to see them.
+/// Reads a pbrt-v4 scene file (`.pbrt` or `.pbrt.gz`) or a model (`.gltf`, `.glb`, `.obj`, `.stl`, `.ply`). Warnings are dropped: use `steradian_load` to see them.
 ///
 /// # Errors
 /// Every error in the scene.
 pub fn load(path: impl AsRef<Path>) -> Result<Scene, LoadError> {
-    outcome(load_pbrt(Input::File(path.as_ref()), &Disk, &LoadOptions::default()))
+    outcome(steradian_load::load(Input::File(path.as_ref()), &Disk, &LoadOptions::default()))
 }
 
 /// Reads a pbrt-v4 scene from a text; `name` stands for it in messages, and other files are looked for in the current folder.

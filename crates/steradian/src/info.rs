@@ -14,10 +14,10 @@ use crate::{opened, output, overrides};
 
 /// Prints what there is to say; the exit code.
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<u8, Failure> {
-    if Format::from_name(&args.file.to_string_lossy()).is_some() {
+    if Format::from_name(&args.file.to_string_lossy()).is_some() && !steradian_load::is_model(&args.file) {
         image(&args.file, console)
     } else {
-        scene(&args.file, console)
+        scene(args, console)
     }
 }
 
@@ -26,8 +26,10 @@ fn row(console: &Console, name: &str, value: impl std::fmt::Display) {
     console.out(format_args!("  {name:<12}{value}"));
 }
 
-fn scene(path: &Path, console: &Console) -> Result<u8, Failure> {
-    let outcome = opened::read(Some(path), &LoadOptions::default())?;
+fn scene(args: &InfoArgs, console: &Console) -> Result<u8, Failure> {
+    let path = args.file.as_path();
+    let options = LoadOptions { model: args.model.options(None), ..LoadOptions::default() };
+    let outcome = opened::read(Some(path), &options)?;
     for d in &outcome.diagnostics {
         console.diagnostic(&d.render(&outcome.sources), false);
     }
@@ -110,6 +112,7 @@ fn scattering_name(scattering: &Scattering) -> &'static str {
         Scattering::Measured(_) => "measured",
         Scattering::Subsurface { .. } => "subsurface",
         Scattering::Mix { .. } => "mix",
+        Scattering::MetallicRoughness(_) => "metallic-roughness",
         Scattering::Interface => "interface",
     }
 }

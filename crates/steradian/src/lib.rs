@@ -19,6 +19,7 @@ mod interrupt;
 mod keep;
 mod lab;
 mod merge;
+mod model_args;
 mod numbers;
 mod oidn;
 mod opened;
@@ -90,7 +91,10 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
 
 /// Puts in `render` where it was left out, as pbrt's users are used to: `steradian scene.pbrt`, `steradian --spp 16 scene.pbrt`.
 fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    let is_scene = |a: &OsString| a.to_str().is_some_and(|a| a.ends_with(".pbrt") || a.ends_with(".pbrt.gz"));
+    let is_scene = |a: &OsString| {
+        let pbrt = |a: &str| a.ends_with(".pbrt") || a.ends_with(".pbrt.gz");
+        a.to_str().is_some_and(pbrt) || steradian_load::is_model(a.as_ref())
+    };
     let starts_with_flag = args.get(1).and_then(|a| a.to_str()).is_some_and(|a| a.starts_with('-'));
     if args.get(1).is_some_and(is_scene) || starts_with_flag && args.iter().any(is_scene) {
         args.insert(1, "render".into());

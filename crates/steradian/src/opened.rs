@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use steradian_image::{Scratch, Texels};
-use steradian_load::{Disk, FileAccess, Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
+use steradian_load::{Disk, FileAccess, Input, LoadOptions, LoadOutcome, Memory, ModelOptions, load, load_pbrt};
 use steradian_scene::{Error, Scene, World};
 use steradian_syntax::Severity;
 
@@ -65,7 +65,14 @@ fn read_through(path: Option<&Path>, options: &LoadOptions, files: &Hashing) -> 
             files.note("<stdin>", text.as_bytes());
             Ok(load_pbrt(input, files, options))
         }
-        Some(path) => Ok(load_pbrt(Input::File(path), files, options)),
+        Some(path) => {
+            if options.model != ModelOptions::default() {
+                // What is said about a model is a part of it. The size is the picture's, and told elsewhere.
+                let said = ModelOptions { size: None, ..options.model.clone() };
+                files.note("options", format!("{said:?}").as_bytes());
+            }
+            Ok(load(Input::File(path), files, options))
+        }
     }
 }
 
@@ -76,6 +83,7 @@ pub(crate) fn open(path: Option<&PathBuf>, picture: &PictureArgs, console: &Cons
     // A size on the command line replaces the scene's, however absurd that is.
     let options = LoadOptions {
         max_film_bytes: if picture.size.is_some() { u64::MAX } else { memory },
+        model: picture.model.options(picture.size.map(|s| s.0)),
         ..LoadOptions::default()
     };
     let (outcome, hash) = read_hashed(path.map(PathBuf::as_path), &options)?;

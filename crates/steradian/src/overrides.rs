@@ -150,7 +150,8 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
     let mut out = String::new();
     let mut add = |name: &str, value: Option<String>| {
         if let Some(value) = value {
-            let _ = write!(out, " --{name} {value}");
+            let space = if value.is_empty() { "" } else { " " };
+            let _ = write!(out, " --{name}{space}{value}");
         }
     };
     fn named<T: ValueEnum>(value: Option<T>) -> Option<String> {
@@ -166,6 +167,7 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
     add("max-depth", picture.max_depth.map(|v| v.to_string()));
     add("clamp", picture.clamp.map(|v| v.to_string()));
     add("color", named(picture.color));
+    picture.model.as_typed(&mut add);
     if picture.filter_outliers {
         out += " --filter-outliers";
     }
@@ -193,11 +195,12 @@ mod tests {
             filter_outliers: true,
             color: Some(ColorArg::Rgb),
             technique: crate::technique_args::TechniqueArgs { split: Some(4), ..Default::default() },
+            model: crate::model_args::ModelArgs { no_ground: true, ..Default::default() },
         };
         assert_eq!(
             as_typed(&picture),
             " --spp 8 --sampler-spp 64 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
-             --max-depth 3 --clamp 2.5 --color rgb --filter-outliers --split 4"
+             --max-depth 3 --clamp 2.5 --color rgb --no-ground --filter-outliers --split 4"
         );
         assert_eq!(as_typed(&PictureArgs::default()), "");
     }

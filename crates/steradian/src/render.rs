@@ -25,7 +25,42 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let console = console.quiet(args.run.quiet);
     interrupt::listen();
     let (args, expected_hash) = again::complete(args)?;
-    let args = &args;
+    match args.turntable {
+        Some(frames) => turntable(&args, frames, &console),
+        None => one(&args, expected_hash, &console),
+    }
+}
+
+/// Pictures from all around, one after the other.
+fn turntable(args: &RenderArgs, frames: u32, console: &Console) -> Result<u8, Failure> {
+    if !args.scene.as_deref().is_some_and(steradian_load::is_model) {
+        return Err(Failure::Input("--turntable goes around a model: .gltf .glb .obj .stl .ply".into()));
+    }
+    if args.output.output.is_empty() {
+        return Err(Failure::Input("--turntable needs -o FILE, whose name the pictures get with a number".into()));
+    }
+    if args.keep.shard.is_some() || args.keep.checkpoint.is_some() || args.output.variance.is_some() {
+        return Err(Failure::Input("--turntable makes pictures only: no shards, checkpoints or variance".into()));
+    }
+    let digits = frames.to_string().len().max(4);
+    for frame in 0..frames {
+        let mut this = args.clone();
+        let start = args.picture.model.turn.unwrap_or(0.0);
+        this.picture.model.turn = Some(start + 360.0 * frame as f32 / frames as f32);
+        for path in &mut this.output.output {
+            let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            path.set_extension(format!("{:0digits$}.{extension}", frame + 1));
+        }
+        let code = one(&this, None, console)?;
+        if code != DONE {
+            return Ok(code);
+        }
+    }
+    Ok(DONE)
+}
+
+/// One picture.
+fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> Result<u8, Failure> {
     // Before the scene is read, as far as the command line alone decides: a scene may take minutes to read.
     let part = part_file(args)?;
     counting::check(args)?;
@@ -35,9 +70,9 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let resume = keep::open(&args.keep)?;
     let viewer = args.run.tev.as_deref().map(tev::connect).transpose()?;
 
-    let display = Display::new(args.run.progress, &console);
+    let display = Display::new(args.run.progress, console);
     display.phase("load");
-    let mut opened = opened::open(args.scene.as_ref(), &args.picture, &console)?;
+    let mut opened = opened::open(args.scene.as_ref(), &args.picture, console)?;
     let outputs = match early {
         Some(outputs) => outputs,
         None => prepare(args, part, Some(&opened.scene.settings.film.filename))?,
@@ -47,13 +82,13 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     }
     let spp = args.stop.most_spp(args.picture.spp, opened.scene.settings.sampler.spp);
     if let Some(snapshot) = &resume {
-        continue_points(snapshot, args, &mut opened.scene.settings, &console);
+        continue_points(snapshot, args, &mut opened.scene.settings, console);
     }
     display.phase("build");
     let start = Instant::now();
     let size = opened.scene.settings.film.size();
     let film = |layers| opened::film_bytes(size, spp.min(1 << 12), layers);
-    let scratch = opened::scratch(&opened.scene, film(0), &args.run, &console)?;
+    let scratch = opened::scratch(&opened.scene, film(0), &args.run, console)?;
     let world = opened::build(opened.scene, scratch.as_ref())?;
     let layers = aov::layers(&args.aov, args.picture.filter_outliers, &world)?;
     if let Some(limit) = args.run.max_memory {
@@ -89,7 +124,7 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let manifest = output::manifest(&story);
     let note = output::note_of_metadata(&manifest);
     let label = Label { identity: &identity, note: &note };
-    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), viewer, &console);
+    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), viewer, console);
     let working = interrupt::Working::begin();
     let plan = args.stop.plan(spp, threads);
     let task = Task { world: &world, plan, goals, layers: &layers, label, resume };
@@ -97,19 +132,19 @@ pub(crate) fn run(args: &RenderArgs, console: &Console) -> Result<u8, Failure> {
     let (rendered, counters) = quietly(|| counting::run(task, args.run.counters.is_some(), &watch, interrupt::flag()));
     watch.finish(&rendered.film);
     watch.display.phase("write");
-    report_bad_samples(&rendered, args, &console);
+    report_bad_samples(&rendered, args, console);
     let extras = Extras { aovs: &args.aov, layers: &layers, world: &world, oidn: oidn.as_ref() };
     let (mut failed, taken) = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, &extras);
     if let (Some(path), Some(counters)) = (&args.run.counters, &counters) {
         let samples = rendered.film.total_samples().saturating_sub(before);
-        failed.extend(counting::write(path, &counting::json(counters, samples), &console).err());
+        failed.extend(counting::write(path, &counting::json(counters, samples), console).err());
     }
     drop(working);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
     }
-    summary(&rendered, &outputs, args, part, &console);
-    taken.iter().for_each(|t| t.say(&console));
+    summary(&rendered, &outputs, args, part, console);
+    taken.iter().for_each(|t| t.say(console));
     let files = outputs.pictures.iter().chain(&outputs.variance).map(PathBuf::as_path).chain(part);
     watch.display.summary(&rendered, &files.map(|p| p.display().to_string()).collect::<Vec<_>>());
     Ok(if rendered.outcome == Outcome::Interrupted { INTERRUPTED } else { DONE })
@@ -293,9 +328,7 @@ fn replay(bad: &BadSample, args: &RenderArgs) -> String {
 
 /// A path as one word of a shell.
 fn shell_word(path: &Path) -> String {
-    let s = path.to_string_lossy();
-    let plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
-    if !s.is_empty() && s.chars().all(plain) { s.into_owned() } else { format!("'{}'", s.replace('\'', "'\\''")) }
+    crate::model_args::quoted(&path.to_string_lossy())
 }
 
 /// Says where the picture is and what to try next.

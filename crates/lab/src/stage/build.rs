@@ -211,7 +211,7 @@ fn white(radiance: f32) -> (Spectrum, f32) {
 /// Emission of this radiance to both sides.
 pub fn shining(radiance: f32) -> AreaLight {
     let (radiance, scale) = white(radiance);
-    AreaLight { radiance, scale, two_sided: true, power: None, image: None, group: None }
+    AreaLight { radiance, scale, two_sided: true, power: None, image: None, group: None, texture: None }
 }
 
 fn sphere(radius: f32, centre: [f32; 3], material: Handle<Material>) -> Primitive {

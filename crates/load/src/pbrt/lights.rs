@@ -48,7 +48,7 @@ impl Loader<'_> {
         let radiance = given.unwrap_or_else(|| white(space));
         scale /= positive_photometric(p, "L", &radiance)?;
         let group = Some(self.light_group(p));
-        Some(AreaLight { radiance, scale, two_sided, power, image, group })
+        Some(AreaLight { radiance, scale, two_sided, power, image, group, texture: None })
     }
 
     /// `LightSource "type"`.

@@ -9,8 +9,8 @@ use crate::files::read_all;
 use crate::tensor::measured_material;
 use steradian_image::{Encoding, Lookup, Wrap};
 use steradian_scene::{
-    Coat, FloatInput, HairColor, Handle, Ior, Material, Metal, Roughness, Scattering, Scene, SpectrumTexture, Texture,
-    Translucency,
+    Coat, FloatInput, HairColor, Handle, Ior, Material, Metal, NormalMap, Roughness, Scattering, Scene,
+    SpectrumTexture, Texture, Translucency,
 };
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, named};
 use steradian_syntax::{Diagnostic, Directive, ParamType, Span, Values, did_you_mean};
@@ -109,7 +109,7 @@ impl Loader<'_> {
                         lookup: Lookup::Bilinear,
                         wrap: [Wrap::Repeat; 2],
                     };
-                    material.normal_map = self.image(&mut params, &file, span, usage);
+                    material.normal_map = self.image(&mut params, &file, span, usage).map(NormalMap::new);
                 }
             }
             if !material.name.is_empty() {

@@ -37,11 +37,13 @@ pub struct LoadOptions {
     pub max_film_bytes: u64,
     /// How deep files may include each other.
     pub max_include_depth: usize,
+    /// What is said about a model that its file does not say.
+    pub model: crate::ModelOptions,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { max_film_bytes: 64 << 30, max_include_depth: 64 }
+        LoadOptions { max_film_bytes: 64 << 30, max_include_depth: 64, model: crate::ModelOptions::default() }
     }
 }
 

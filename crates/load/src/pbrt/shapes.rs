@@ -119,6 +119,7 @@ impl Loader<'_> {
             positions,
             indices,
             flip: false,
+            ..TriangleMesh::default()
         };
         self.push_triangles(p, mesh)
     }
@@ -192,7 +193,15 @@ impl Loader<'_> {
         if let Some(texture) = displacement {
             // Only triangles are displaced; the corners of a patch are in the order of rows.
             triangles.extend(quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
-            let mesh = TriangleMesh { positions, normals, tangents: Vec::new(), uvs, indices: triangles, flip: false };
+            let mesh = TriangleMesh {
+                positions,
+                normals,
+                tangents: Vec::new(),
+                uvs,
+                indices: triangles,
+                flip: false,
+                ..TriangleMesh::default()
+            };
             return self.displaced(p, mesh, texture, edge_length);
         }
         if !quads.is_empty() {
@@ -202,7 +211,15 @@ impl Loader<'_> {
             shapes.push(Shape::Bilinear(self.scene.bilinear_meshes.push(mesh)));
         }
         if !triangles.is_empty() {
-            let mesh = TriangleMesh { positions, normals, tangents: Vec::new(), uvs, indices: triangles, flip: false };
+            let mesh = TriangleMesh {
+                positions,
+                normals,
+                tangents: Vec::new(),
+                uvs,
+                indices: triangles,
+                flip: false,
+                ..TriangleMesh::default()
+            };
             shapes.push(Shape::Triangles(self.scene.triangle_meshes.push(mesh)));
         }
         shapes

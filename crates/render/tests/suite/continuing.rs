@@ -149,19 +149,21 @@ fn a_finished_render_goes_on_to_more_samples() {
 fn shares_join_to_the_whole() {
     let world = world();
     let plan = Plan { spp: 21, threads: 2, time_limit: None };
-    let whole = render(&world, &plan, &Quiet, &AtomicBool::new(false));
-    let identity = Identity::new();
+    let (identity, layers) = (Identity::new(), layers(&world));
+    let draw = |share: Share| {
+        let goals = Goals { share, ..Goals::default() };
+        let label = Label { identity: &identity, note: &[] };
+        let task = Task { world: &world, plan: plan.clone(), goals, layers: &layers, label, resume: None };
+        run(task, &Quiet, &AtomicBool::new(false))
+    };
+    let whole = draw(Share::Whole);
     for count in [1, 3, 5] {
         for by_tiles in [true, false] {
             let mut parts: Vec<Snapshot> = (0..count)
                 .map(|index| {
                     let part = Part { index, count };
                     let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
-                    let goals = Goals { share, ..Goals::default() };
-                    let label = Label { identity: &identity, note: &[] };
-                    let task =
-                        Task { world: &world, plan: plan.clone(), goals, layers: &layers(&world), label, resume: None };
-                    kept(&run(task, &Quiet, &AtomicBool::new(false)))
+                    kept(&draw(share))
                 })
                 .collect();
             parts.reverse();

@@ -4,9 +4,11 @@ use super::displacement::displace_meshes;
 use super::group::{Group, MeshUses, place_meshes};
 use super::light::{Emitter, EmitterShape, Lights};
 use super::medium::{build_media, needs_one_wavelength};
+use super::texture::MeshPoint;
 use super::{World, WorldInstance};
 use crate::{
-    AreaLight, CheckerMapping, Error, Instance, Material, Primitive, Roughness, Scattering, Scene, Shape, Texture,
+    AreaLight, CheckerMapping, Error, Instance, Material, Primitive, Roughness, Scattering, Scene, Shape,
+    SpectrumInput, Texture,
 };
 use steradian_geometry::PreparedTriangle;
 use steradian_image::{Lookup, Pyramid, Scratch};
@@ -214,11 +216,34 @@ impl World {
                     }
                     _ => None,
                 };
-                emitters.push(Emitter { shape, emission, scale, prepared });
+                let brightness = match (light.texture, shape) {
+                    (Some(texture), EmitterShape::Triangle(mesh, face)) => {
+                        Some(self.mean_emission(texture, mesh.index() as u32, face))
+                    }
+                    _ => None,
+                };
+                emitters.push(Emitter { shape, emission, scale, brightness, prepared });
             }
             self.area_lights.push(light.clone());
         }
         emitters
+    }
+
+    /// The mean radiance of a textured triangle in photometric units, from points that cover it. Never zero, since what lies
+    /// between the points may shine.
+    fn mean_emission(&self, texture: SpectrumInput, mesh: u32, face: u32) -> f32 {
+        const STEPS: u32 = 5;
+        let rgb = steradian_spectrum::Wavelengths::rgb();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in 0..STEPS {
+            for j in 0..STEPS - i {
+                let b = [i, j].map(|k| (k as f32 + 1.0 / 3.0) / STEPS as f32);
+                let [r, g, b] = self.mesh_emission(texture, MeshPoint { mesh, face, b }, &rgb).rgb();
+                sum += (r + g + b) / 3.0;
+                count += 1.0;
+            }
+        }
+        (sum / count).max(1e-3) * steradian_spectrum::ColorSpace::Srgb.photometric()
     }
 
     /// The factor that gives a light its stated power, for the area of this element.
@@ -245,8 +270,12 @@ fn pyramids(scene: &Scene, scratch: Option<&Scratch>) -> Result<Vec<Option<Pyram
         .spectrum_textures
         .iter()
         .filter_map(|t| if let Texture::Image(m) = &t.kind { Some(m.image) } else { None });
-    let normal = scene.materials.iter().filter_map(|m| m.normal_map);
-    maps.chain(spectral).chain(normal).for_each(|h| used[h.index()] = true);
+    let normal = scene.materials.iter().filter_map(|m| Some(m.normal_map.as_ref()?.image));
+    let directions = scene.materials.iter().filter_map(|m| match &m.scattering {
+        Scattering::MetallicRoughness(m) => Some(m.anisotropy.as_ref()?.direction.as_ref()?.image),
+        _ => None,
+    });
+    maps.chain(spectral).chain(normal).chain(directions).for_each(|h| used[h.index()] = true);
     use rayon::prelude::*;
     scene
         .images
@@ -277,6 +306,7 @@ fn is_isotropic(material: &Material) -> bool {
     match &material.scattering {
         Scattering::Diffuse { .. } | Scattering::ThinDielectric { .. } | Scattering::DiffuseTransmission { .. } => true,
         Scattering::Conductor { roughness, .. } | Scattering::Dielectric { roughness, .. } => round(roughness),
+        Scattering::MetallicRoughness(m) => m.anisotropy.is_none(),
         Scattering::CoatedDiffuse { coat, .. } => round(&coat.roughness),
         Scattering::CoatedConductor { roughness, coat, .. } => round(roughness) && round(&coat.roughness),
         _ => false,

@@ -13,6 +13,8 @@ pub(super) struct PrimitiveRecord {
     pub media: Option<MediumInterface>,
     /// Index of its mesh, if it is one.
     pub mesh: u32,
+    /// Whether that is a mesh of triangles.
+    pub is_mesh: bool,
     /// The group's number of its first triangle.
     pub first_triangle: u32,
     /// The number of the light that its first element is.
@@ -139,6 +141,7 @@ impl Group {
                 alpha: p.alpha,
                 media: p.media,
                 mesh: 0,
+                is_mesh: matches!(p.shape, Shape::Triangles(_)),
                 first_triangle: triangles.len() as u32,
                 first_light: None,
                 unsampled_emission: None,

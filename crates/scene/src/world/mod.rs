@@ -19,7 +19,7 @@ pub(crate) use light::{mean_intensity, projected_luminance};
 pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
-pub use texture::TextureContext;
+pub use texture::{MeshPoint, TextureContext};
 
 use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
@@ -236,7 +236,7 @@ impl World {
                     let mut hit = quadric.intersect(&along)?;
                     let there = group.primitives[primitive as usize].alpha.is_none() || {
                         let p = quadric.interaction(&hit);
-                        self.is_there(group, primitive, index, &p)
+                        self.is_there(group, primitive, (index, None), &p)
                     };
                     if there {
                         hit.t += passed;
@@ -259,7 +259,7 @@ impl World {
                 let hit = mesh.patch(face as usize).intersect(ray)?;
                 if record.alpha.is_some() {
                     let p = mesh.interaction(face as usize, hit.u, hit.v);
-                    if !self.is_there(group, primitive, face, &p) {
+                    if !self.is_there(group, primitive, (face, None), &p) {
                         return None;
                     }
                 }
@@ -271,7 +271,7 @@ impl World {
                 let hit = curves.intersect(piece, ray)?;
                 if group.primitives[primitive as usize].alpha.is_some() {
                     let p = curves.interaction(piece, ray, &hit);
-                    if !self.is_there(group, primitive, piece, &p) {
+                    if !self.is_there(group, primitive, (piece, None), &p) {
                         return None;
                     }
                 }
@@ -315,14 +315,21 @@ impl World {
         let record = &group.primitives[primitive as usize];
         let face = id - record.first_triangle;
         let mesh = &self.scene.triangle_meshes[crate::Handle::from_index(record.mesh as usize)];
-        self.is_there(group, primitive, face, &mesh.interaction(face as usize, b1, b2))
+        let on_mesh = Some(MeshPoint { mesh: record.mesh, face, b: [b1, b2] });
+        self.is_there(group, primitive, (face, on_mesh), &mesh.interaction(face as usize, b1, b2))
     }
 
     /// The alpha test: below one, a point of the surface is there with that probability, decided by a hash of the
     /// primitive and the point, so that every ray that comes to the point agrees.
-    fn is_there(&self, group: &Group, primitive: u32, element: u32, p: &steradian_geometry::SurfaceHit) -> bool {
+    fn is_there(
+        &self,
+        group: &Group,
+        primitive: u32,
+        (element, on_mesh): (u32, Option<MeshPoint>),
+        p: &steradian_geometry::SurfaceHit,
+    ) -> bool {
         let Some(alpha) = group.primitives[primitive as usize].alpha else { return true };
-        let context = TextureContext { p: p.p, n: p.n, uv: p.uv, ..TextureContext::default() };
+        let context = TextureContext { p: p.p, n: p.n, uv: p.uv, on_mesh, ..TextureContext::default() };
         let alpha = self.float_texture(alpha, &context);
         if alpha >= 1.0 {
             return true;

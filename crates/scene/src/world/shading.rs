@@ -2,14 +2,17 @@
 
 use super::World;
 use super::surface::Surface;
-use super::texture::TextureContext;
-use crate::material::{Coat, HairColor, Ior, Material, Metal, Roughness, Scattering};
-use crate::{FloatTexture, Handle, TextureImage};
-use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Layered, Measured, ThinDielectric,
-    TrowbridgeReitz, index_of_reflectance,
+use super::texture::{MeshPoint, TextureContext};
+use crate::material::{
+    Coat, HairColor, Ior, Material, Metal, MetallicRoughnessInputs, NormalMap, Roughness, Scattering,
 };
-use steradian_math::{Frame, Point2, Ray, RayDifferential, Vec2, Vec3};
+use crate::{FloatTexture, Handle};
+use steradian_bsdf::{
+    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Measured,
+    MetallicRoughness, MetallicRoughnessParams, ThinDielectric, TrowbridgeReitz, index_of_reflectance,
+    normal_reflectance,
+};
+use steradian_math::{Frame, Ray, RayDifferential, Vec2, Vec3, lerp, sin_cos, sqr};
 use steradian_sampling::rng::{hash_combine, hash_floats, unit_f32};
 use steradian_spectrum::{ColorSpace, Lanes, Wavelengths};
 
@@ -46,6 +49,7 @@ impl World {
         }
         let bsdf = self.bsdf(material, &context, wavelengths)?;
         let frame = Frame::from_xz(surface.shading.dpdu, surface.shading.n);
+        let frame = self.turned(material, frame, &context);
         let bsdf = if self.scene.settings.force_diffuse {
             Diffuse::new(bsdf.albedo(frame.to_local(surface.wo))).into()
         } else {
@@ -79,7 +83,15 @@ impl World {
             uv: surface.uv,
             duv_dx: f.duv_dx,
             duv_dy: f.duv_dy,
+            on_mesh: self.mesh_point(surface),
         }
+    }
+
+    /// Where a surface point lies on a mesh of triangles, if it does.
+    #[inline]
+    pub(super) fn mesh_point(&self, surface: &Surface) -> Option<MeshPoint> {
+        let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
+        record.is_mesh.then_some(MeshPoint { mesh: record.mesh, face: surface.element, b: surface.coordinates })
     }
 
     /// The member of a mix at this point: a hash of place and direction against the amount.
@@ -105,8 +117,8 @@ impl World {
 
     /// Moves the shading frame by a normal map, or by the slope of a bump map (Blinn 1978).
     fn perturb(&self, material: &Material, surface: &mut Surface, context: &TextureContext) {
-        let (dpdu, dpdv) = match (material.normal_map, material.displacement) {
-            (Some(map), _) => self.normal_mapped(map, surface),
+        let (dpdu, dpdv) = match (&material.normal_map, material.displacement) {
+            (Some(map), _) => self.normal_mapped(map, surface, context),
             (None, Some(height)) => self.bumped(height, surface, context),
             (None, None) => return,
         };
@@ -118,13 +130,14 @@ impl World {
         s.dpdv = dpdv;
     }
 
-    fn normal_mapped(&self, map: Handle<TextureImage>, surface: &Surface) -> (Vec3, Vec3) {
+    fn normal_mapped(&self, map: &NormalMap, surface: &Surface, context: &TextureContext) -> (Vec3, Vec3) {
         let s = &surface.shading;
-        let uv = Point2::new(surface.uv.x, 1.0 - surface.uv.y);
+        let uv = self.coordinates(&map.mapping, context);
         let zero = Vec2::default();
-        let Some(pyramid) = &self.pyramids[map.index()] else { return (s.dpdu, s.dpdv) };
+        let Some(pyramid) = &self.pyramids[map.image.index()] else { return (s.dpdu, s.dpdv) };
         let rgb = pyramid.lookup3(uv, zero, zero, steradian_image::Lookup::Bilinear);
-        let local = Vec3::from_array(rgb.map(|v| 2.0 * v - 1.0));
+        let [x, y, z] = rgb.map(|v| 2.0 * v - 1.0);
+        let local = Vec3::new(x * map.scale, y * if map.mirrored { -map.scale } else { map.scale }, z);
         let frame = Frame::from_xz(s.dpdu, s.n);
         let Some(n) = frame.from_local(local).try_normalize() else { return (s.dpdu, s.dpdv) };
         let (u_length, v_length) = (s.dpdu.length(), s.dpdv.length());
@@ -193,8 +206,76 @@ impl World {
             Scattering::Subsurface { eta, roughness, .. } => {
                 Dielectric::new(*eta, self.microfacets(roughness, c)).into()
             }
+            Scattering::MetallicRoughness(inputs) => self.metallic_roughness(inputs, c, w),
             Scattering::Mix { .. } | Scattering::Interface => return None,
         })
+    }
+
+    fn metallic_roughness(&self, m: &MetallicRoughnessInputs, c: &TextureContext, w: &mut Wavelengths) -> Bsdf<'_> {
+        let of = |t| self.float_texture(t, c);
+        let amount = |t: Option<_>, absent: f32| t.map_or(absent, of);
+        let eta = index(&m.eta, w);
+        let transmission = amount(m.transmission, 0.0);
+        let color = |t| self.spectrum_texture(t, c, w).clamp(0.0, 1.0);
+        let specular = amount(m.specular, 1.0).clamp(0.0, 1.0);
+        let f0 = match m.f0 {
+            Some(f0) => color(f0),
+            None => {
+                let tint = m.specular_color.map_or(Lanes::ONE, |t| self.spectrum_texture(t, c, w));
+                (tint * normal_reflectance(eta)).clamp(0.0, 1.0) * specular
+            }
+        };
+        let square = |r: f32| sqr(r.clamp(0.0, 1.0));
+        let alpha = square(of(m.roughness));
+        let stretch = m.anisotropy.as_ref().map_or(0.0, |a| sqr(of(a.strength).clamp(0.0, 1.0)));
+        let (diffuse_transmission, back) = match m.diffuse_transmission {
+            Some((share, tint)) => (of(share), color(tint)),
+            None => (0.0, Lanes::ONE),
+        };
+        let (sheen, sheen_alpha) = match m.sheen {
+            Some((tint, roughness)) => (color(tint), square(of(roughness))),
+            None => (Lanes::ZERO, 0.5),
+        };
+        let film = m.film.map(|f| {
+            // In RGB a lane is a band around the eye's most sensitive wavelengths.
+            let (lambda, width) = if w.is_rgb() { ([610.0, 550.0, 465.0, 550.0], 35.0) } else { (w.lambda(), 0.0) };
+            Film { factor: of(f.factor), eta: f.eta, thickness: of(f.thickness), lambda: Lanes(lambda), width }
+        });
+        MetallicRoughness::new(MetallicRoughnessParams {
+            base: color(m.base),
+            metallic: of(m.metallic),
+            alpha: [lerp(stretch, alpha, 1.0), alpha],
+            f0,
+            f90: specular,
+            eta,
+            transmission,
+            thin: m.thin,
+            diffuse_transmission,
+            diffuse_transmission_color: back,
+            coat: m.coat.map_or([0.0; 2], |[share, roughness]| [of(share), square(of(roughness))]),
+            sheen,
+            sheen_alpha,
+            film,
+        })
+        .into()
+    }
+
+    /// The frame turned about the normal as a stretched roughness lies.
+    fn turned(&self, material: &Material, frame: Frame, c: &TextureContext) -> Frame {
+        let Scattering::MetallicRoughness(m) = &material.scattering else { return frame };
+        let Some(a) = &m.anisotropy else { return frame };
+        let (mut sin, mut cos) = sin_cos(a.rotation);
+        if let Some(map) = &a.direction {
+            let [x, y, _] = self.texel(map, c).map(|v| 2.0 * v - 1.0);
+            let l = (x * x + y * y).sqrt();
+            if l > 1e-4 {
+                (cos, sin) = ((cos * x - sin * y) / l, (sin * x + cos * y) / l);
+            }
+        }
+        if a.mirrored {
+            sin = -sin;
+        }
+        Frame { x: frame.x * cos + frame.y * sin, y: frame.y * cos - frame.x * sin, z: frame.z }
     }
 
     fn hair_absorption(&self, color: &HairColor, beta_n: f32, c: &TextureContext, w: &Wavelengths) -> Lanes {

@@ -60,6 +60,8 @@ pub struct Surface {
     pub group: u32,
     /// The instance, where the group is an object.
     pub instance: Option<u32>,
+    /// Which face of its mesh.
+    pub(super) element: u32,
     /// Barycentric or patch coordinates.
     pub coordinates: [f32; 2],
     /// Which area light, and its factor.
@@ -207,6 +209,7 @@ impl World {
             primitive,
             group: hit.group,
             instance,
+            element,
             coordinates,
             emission,
         }

@@ -25,6 +25,19 @@ pub struct TextureContext {
     pub duv_dx: Vec2,
     /// Change of (u, v) to the next sample in y.
     pub duv_dy: Vec2,
+    /// Where on a mesh, for what its vertices carry.
+    pub on_mesh: Option<MeshPoint>,
+}
+
+/// A point of a triangle mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshPoint {
+    /// Index of the mesh.
+    pub mesh: u32,
+    /// The face.
+    pub face: u32,
+    /// Barycentric coordinates.
+    pub b: [f32; 2],
 }
 
 struct Coordinates2 {
@@ -44,7 +57,7 @@ fn azimuth(p: Point3) -> f32 {
     if phi < 0.0 { phi + 2.0 * PI } else { phi }
 }
 
-fn map2(mapping: &Mapping2, c: &TextureContext) -> Coordinates2 {
+fn map2(mapping: &Mapping2, c: &TextureContext, uv: impl Fn(u32) -> Point2) -> Coordinates2 {
     // (s, t) differentials from gradients with respect to the point in texture space.
     let along = |t: &Transform, ds: Vec3, dt: Vec3| {
         let (dx, dy) = (t.vector(c.dpdx), t.vector(c.dpdy));
@@ -56,6 +69,14 @@ fn map2(mapping: &Mapping2, c: &TextureContext) -> Coordinates2 {
             dx: Vec2::new(su * c.duv_dx.x, sv * c.duv_dx.y),
             dy: Vec2::new(su * c.duv_dy.x, sv * c.duv_dy.y),
         },
+        Mapping2::Affine { set, rows } => {
+            let at = uv(*set);
+            let apply = |r: &[f32; 3], v: Vec2| r[0] * v.x + r[1] * v.y;
+            let both = |v: Vec2| Vec2::new(apply(&rows[0], v), apply(&rows[1], v));
+            let st = both(Vec2::new(at.x, at.y));
+            let (dx, dy) = if *set == 0 { (both(c.duv_dx), both(c.duv_dy)) } else { Default::default() };
+            Coordinates2 { st: Point2::new(st.x + rows[0][2], st.y + rows[1][2]), dx, dy }
+        }
         Mapping2::Spherical { texture_from_world } => {
             let p = texture_from_world.point(c.p);
             let r2 = sqr(p.x) + sqr(p.y);
@@ -99,11 +120,11 @@ fn filtered_square_wave(x: f32, r: f32) -> f32 {
 }
 
 /// The weight of the odd cells.
-fn checkerboard(mapping: &CheckerMapping, c: &TextureContext) -> f32 {
+fn checkerboard(mapping: &CheckerMapping, c: &TextureContext, uv: impl Fn(u32) -> Point2) -> f32 {
     let radius = |a: f32, b: f32| 1.5 * a.abs().max(b.abs());
     match mapping {
         CheckerMapping::Plane(mapping) => {
-            let c = map2(mapping, c);
+            let c = map2(mapping, c, uv);
             let s = filtered_square_wave(c.st.x, radius(c.dx.x, c.dy.x));
             let t = filtered_square_wave(c.st.y, radius(c.dx.y, c.dy.y));
             0.5 - 0.5 * s * t
@@ -175,8 +196,37 @@ fn scalar_noise(noise: &Noise, c: &Coordinates3) -> f32 {
 }
 
 impl World {
-    fn texel(&self, map: &ImageMap, c: &TextureContext) -> [f32; 3] {
-        let c = map2(&map.mapping, c);
+    /// The coordinates of a set.
+    #[inline]
+    fn uv_of_set(&self, set: u32, c: &TextureContext) -> Point2 {
+        match c.on_mesh {
+            Some(MeshPoint { mesh, face, b }) if set > 0 => self.scene.triangle_meshes
+                [Handle::from_index(mesh as usize)]
+            .uv_of_set(set as usize, face as usize, b[0], b[1]),
+            _ => c.uv,
+        }
+    }
+
+    fn vertex_color(&self, c: &TextureContext) -> [f32; 4] {
+        c.on_mesh.map_or([1.0; 4], |m| {
+            self.scene.triangle_meshes[Handle::from_index(m.mesh as usize)].color(m.face as usize, m.b[0], m.b[1])
+        })
+    }
+
+    #[inline]
+    fn map2(&self, mapping: &Mapping2, c: &TextureContext) -> Coordinates2 {
+        map2(mapping, c, |set| self.uv_of_set(set, c))
+    }
+
+    /// Where a mapping leads in a picture: its first row on top.
+    pub(super) fn coordinates(&self, mapping: &Mapping2, c: &TextureContext) -> Point2 {
+        let st = self.map2(mapping, c).st;
+        Point2::new(st.x, 1.0 - st.y)
+    }
+
+    /// The colour of a picture at a point.
+    pub(super) fn texel(&self, map: &ImageMap, c: &TextureContext) -> [f32; 3] {
+        let c = self.map2(&map.mapping, c);
         // Images have their first row on top; t points up.
         let st = Point2::new(c.st.x, 1.0 - c.st.y);
         let (dx, dy) = (Vec2::new(c.dx.x, -c.dx.y), Vec2::new(c.dy.x, -c.dy.y));
@@ -198,6 +248,18 @@ impl World {
                 let s = self.float_texture(*scale, c);
                 if s == 0.0 { 0.0 } else { s * self.float_texture(*tex, c) }
             }
+            Texture::Product { a, b } => {
+                let a = self.float_texture(*a, c);
+                if a == 0.0 { 0.0 } else { a * self.float_texture(*b, c) }
+            }
+            Texture::Threshold { tex, at } => {
+                if self.float_texture(*tex, c) >= *at {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
+            Texture::Vertex => self.vertex_color(c)[3],
             Texture::Mix { a, b, amount } => {
                 let w = self.float_texture(*amount, c);
                 blend(w, || self.float_texture(*a, c), || self.float_texture(*b, c), |a, b| (1.0 - w) * a + w * b)
@@ -207,15 +269,15 @@ impl World {
                 w * self.float_texture(*a, c) + (1.0 - w) * self.float_texture(*b, c)
             }
             Texture::Bilerp { mapping, corners } => {
-                let [w00, w01, w10, w11] = bilinear_weights(map2(mapping, c).st);
+                let [w00, w01, w10, w11] = bilinear_weights(self.map2(mapping, c).st);
                 w00 * corners[0] + w01 * corners[1] + w10 * corners[2] + w11 * corners[3]
             }
             Texture::Checkerboard { mapping, a, b } => {
-                let w = checkerboard(mapping, c);
+                let w = checkerboard(mapping, c, |set| self.uv_of_set(set, c));
                 blend(w, || self.float_texture(*a, c), || self.float_texture(*b, c), |a, b| (1.0 - w) * a + w * b)
             }
             Texture::Dots { mapping, inside, outside } => {
-                self.float_texture(if in_dot(map2(mapping, c).st) { *inside } else { *outside }, c)
+                self.float_texture(if in_dot(self.map2(mapping, c).st) { *inside } else { *outside }, c)
             }
             Texture::Image(map) => {
                 let [r, g, b] = self.texel(map, c);
@@ -242,6 +304,14 @@ impl World {
                 let s = self.float_texture(*scale, c);
                 if s == 0.0 { Lanes::ZERO } else { self.spectrum_texture(*tex, c, w) * s }
             }
+            Texture::Product { a, b } => self.spectrum_texture(*a, c, w) * self.spectrum_texture(*b, c, w),
+            Texture::Threshold { tex, at } => {
+                self.spectrum_texture(*tex, c, w).map(|v| if v >= *at { 1.0 } else { 0.0 })
+            }
+            Texture::Vertex => {
+                let [r, g, b, _] = self.vertex_color(c).map(|v| v.max(0.0));
+                rgb_lanes([r, g, b], ColorSpace::Srgb, texture.usage, w)
+            }
             Texture::Mix { a, b, amount } => {
                 let t = self.float_texture(*amount, c);
                 self.spectral_blend(t, *a, *b, c, w)
@@ -251,12 +321,15 @@ impl World {
                 self.spectrum_texture(*a, c, w) * t + self.spectrum_texture(*b, c, w) * (1.0 - t)
             }
             Texture::Bilerp { mapping, corners } => {
-                let weights = bilinear_weights(map2(mapping, c).st);
+                let weights = bilinear_weights(self.map2(mapping, c).st);
                 corners.iter().zip(weights).fold(Lanes::ZERO, |sum, (s, weight)| sum + s.eval(w) * weight)
             }
-            Texture::Checkerboard { mapping, a, b } => self.spectral_blend(checkerboard(mapping, c), *a, *b, c, w),
+            Texture::Checkerboard { mapping, a, b } => {
+                let odd = checkerboard(mapping, c, |set| self.uv_of_set(set, c));
+                self.spectral_blend(odd, *a, *b, c, w)
+            }
             Texture::Dots { mapping, inside, outside } => {
-                self.spectrum_texture(if in_dot(map2(mapping, c).st) { *inside } else { *outside }, c, w)
+                self.spectrum_texture(if in_dot(self.map2(mapping, c).st) { *inside } else { *outside }, c, w)
             }
             Texture::Image(map) => {
                 let rgb = self.texel(map, c);
@@ -339,8 +412,8 @@ mod tests {
         let p = Point3::new(0.4, 0.5, 0.3);
         let step = Vec3::new(1e-3, -2e-3, 1.5e-3);
         let c = TextureContext { p, dpdx: step, ..TextureContext::default() };
-        let a = map2(&mapping, &c);
-        let b = map2(&mapping, &TextureContext { p: p + step, ..c });
+        let a = map2(&mapping, &c, |_| c.uv);
+        let b = map2(&mapping, &TextureContext { p: p + step, ..c }, |_| c.uv);
         assert!((b.st - a.st - a.dx).length() < 3e-6);
     }
 }

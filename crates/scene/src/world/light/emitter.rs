@@ -25,6 +25,8 @@ pub struct Emitter {
     pub emission: u32,
     /// Factor of the emission, derived from power where that is given.
     pub scale: f32,
+    /// Mean radiance in photometric units, where it varies over the surface.
+    pub brightness: Option<f32>,
     /// A triangle, made ready for sampling.
     pub prepared: Option<PreparedTriangle>,
 }

@@ -114,7 +114,7 @@ impl World {
         let middle = Point2::new(0.5, 0.5);
         // The side is settled above: ask for the one that shines.
         let side = if n.dot(-wi) < 0.0 { wi } else { -wi };
-        let emitted = self.area_radiance(point.emission, 1.0, n, middle, side, w);
+        let emitted = self.area_radiance(point.emission, 1.0, n, (middle, None), side, w);
         let radiance = emitted * (point.strength * facing / (distance * distance));
         (!radiance.is_black()).then_some(LightSample {
             light: point.emission,

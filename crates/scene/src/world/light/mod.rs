@@ -23,9 +23,9 @@ pub(crate) use goniometric::mean_intensity;
 pub use lamp_points::LightPoint;
 pub(crate) use projection::projected_luminance;
 
-use super::texture::rgb_lanes;
+use super::texture::{MeshPoint, TextureContext, rgb_lanes};
 use super::{Surface, World};
-use crate::{Handle, LightGroup};
+use crate::{Handle, LightGroup, SpectrumInput};
 use far::{Far, brightness};
 use selection::Selection;
 use steradian_geometry::Reference;
@@ -115,9 +115,10 @@ impl Lights {
     fn power(&self, world: &World, id: u32, scene_radius: f32) -> f32 {
         if let Some(e) = self.emitters.get(id as usize) {
             let light = &world.area_lights[e.emission as usize];
-            let l = match light.image {
-                None => brightness(&light.radiance),
-                Some(image) => {
+            let l = match (e.brightness, light.image) {
+                (Some(brightness), _) => brightness,
+                (None, None) => brightness(&light.radiance),
+                (None, Some(image)) => {
                     let image = &world.scene.images[image];
                     image.mean_luminance() * image.color_space.photometric()
                 }
@@ -183,7 +184,13 @@ impl World {
             let d = s.p - from.p;
             let distance = d.length();
             let wi = d * (1.0 / distance);
-            let radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, s.uv, -wi, w);
+            let on_mesh = match emitter.shape {
+                EmitterShape::Triangle(mesh, face) => {
+                    Some(MeshPoint { mesh: mesh.index() as u32, face, b: [s.uv.x, s.uv.y] })
+                }
+                _ => None,
+            };
+            let radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), -wi, w);
             if radiance.is_black() {
                 return None;
             }
@@ -239,15 +246,29 @@ impl World {
     pub fn emitted(&self, surface: &Surface, w: &Wavelengths) -> Lanes {
         match surface.emission {
             None => Lanes::ZERO,
-            Some((emission, scale)) => self.area_radiance(emission, scale, surface.n, surface.uv, surface.wo, w),
+            Some((emission, scale)) => {
+                let place = (surface.uv, self.mesh_point(surface));
+                self.area_radiance(emission, scale, surface.n, place, surface.wo, w)
+            }
         }
     }
 
     #[inline]
-    fn area_radiance(&self, emission: u32, scale: f32, n: Normal3, uv: Point2, wo: Vec3, w: &Wavelengths) -> Lanes {
+    fn area_radiance(
+        &self,
+        emission: u32,
+        scale: f32,
+        n: Normal3,
+        (uv, on_mesh): (Point2, Option<MeshPoint>),
+        wo: Vec3,
+        w: &Wavelengths,
+    ) -> Lanes {
         let light = &self.area_lights[emission as usize];
         if !light.two_sided && n.dot(wo) <= 0.0 {
             return Lanes::ZERO;
+        }
+        if let (Some(texture), Some(m)) = (light.texture, on_mesh) {
+            return self.mesh_emission(texture, m, w) * scale;
         }
         match light.image {
             None => light.radiance.eval(w) * scale,
@@ -257,6 +278,15 @@ impl World {
                 rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * scale
             }
         }
+    }
+}
+
+impl World {
+    /// What a texture emits at a point of a mesh.
+    pub(super) fn mesh_emission(&self, texture: SpectrumInput, m: MeshPoint, w: &Wavelengths) -> Lanes {
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(m.mesh as usize)];
+        let uv = mesh.uv(m.face as usize, m.b[0], m.b[1]);
+        self.spectrum_texture(texture, &TextureContext { uv, on_mesh: Some(m), ..TextureContext::default() }, w)
     }
 }
 

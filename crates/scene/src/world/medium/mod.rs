@@ -106,6 +106,7 @@ pub(super) fn build_media<'a>(
 pub(super) fn needs_one_wavelength(scene: &Scene, media: &[BuiltMedium]) -> bool {
     let disperses = scene.materials.iter().any(|m| match &m.scattering {
         Scattering::Dielectric { eta, .. } | Scattering::ThinDielectric { eta } => varies(eta),
+        Scattering::MetallicRoughness(m) => varies(&m.eta),
         Scattering::CoatedDiffuse { coat, .. } | Scattering::CoatedConductor { coat, .. } => varies(&coat.eta),
         _ => false,
     });

@@ -1,0 +1,442 @@
+//! Shapes of Mitsuba scenes, and the meshes that they read.
+
+use super::Mitsuba;
+use super::tree::{Object, Value};
+use crate::files::read_all;
+use crate::ply;
+use std::io::Read;
+use steradian_geometry::{Cylinder, Disk, Sphere, TriangleMesh};
+use steradian_math::{Frame, Normal3, Point2, Point3, Transform, Vec3};
+use steradian_scene::{AreaLight, Coefficients, Handle, Instance, Medium, MediumInterface, Primitive, Shape, Volume};
+use steradian_spectrum::{Spectrum, SpectrumUse};
+
+impl Mitsuba<'_> {
+    /// Adds a shape to the scene, or to a group.
+    pub(super) fn shape(&mut self, index: usize, o: &Object, group: Option<Handle<steradian_scene::Object>>) {
+        let world = self.transform(o, "to_world");
+        match o.kind.as_str() {
+            "shapegroup" => {
+                self.group(index, o);
+                return;
+            }
+            "instance" => {
+                let inner = self.child(o, "shape");
+                let Some(object) = inner.and_then(|i| {
+                    self.objects.get(&i).copied().or_else(|| {
+                        let g = self.object(i);
+                        self.group(i, &g)
+                    })
+                }) else {
+                    self.error("an instance needs a shape group", o.span);
+                    return;
+                };
+                self.finish(o);
+                let instance = Instance { object, world_from_object: world.into() };
+                match group {
+                    Some(g) => self.scene.objects[g].instances.push(instance),
+                    None => self.scene.instances.push(instance),
+                }
+                return;
+            }
+            _ => {}
+        }
+        let flip = self.flag(o, "flip_normals", false);
+        let Some((shape, local)) = self.geometry(o) else { return };
+        let cover = match self.child(o, "bsdf") {
+            Some(b) => self.cover(b, 0),
+            None => self.default_cover(),
+        };
+        let area_light = self.child(o, "emitter").and_then(|e| {
+            let e = self.object(e);
+            self.area_light(&e)
+        });
+        let media = self.media_of(o);
+        self.finish(o);
+        let primitive = Primitive {
+            shape,
+            world_from_object: world.mul(&local),
+            reverse_orientation: flip,
+            material: cover.material,
+            area_light,
+            alpha: cover.alpha,
+            media,
+        };
+        match group {
+            Some(g) => self.scene.objects[g].primitives.push(primitive),
+            None => self.scene.primitives.push(primitive),
+        }
+    }
+
+    fn group(&mut self, index: usize, o: &Object) -> Option<Handle<steradian_scene::Object>> {
+        if let Some(h) = self.objects.get(&index) {
+            return Some(*h);
+        }
+        if o.kind != "shapegroup" {
+            return None;
+        }
+        let handle = self.scene.objects.push(steradian_scene::Object::default());
+        self.objects.insert(index, handle);
+        for (_, i) in self.children(&o.children) {
+            let inner = self.object(i);
+            if inner.class == "shape" {
+                self.shape(i, &inner, Some(handle));
+            }
+        }
+        Some(handle)
+    }
+
+    pub(super) fn transform(&mut self, o: &Object, name: &str) -> Transform {
+        match o.get(name).map(|p| (p.value.clone(), p.span)) {
+            Some((Value::Transform(t), _)) => t,
+            Some((_, span)) => {
+                self.error(format!("`{name}` must be a transform"), span);
+                Transform::IDENTITY
+            }
+            None => Transform::IDENTITY,
+        }
+    }
+
+    pub(super) fn vector(&mut self, o: &Object, name: &str) -> Option<Vec3> {
+        let p = o.get(name)?;
+        match p.value {
+            Value::Vector(v) => Some(Vec3::from_array(v)),
+            _ => {
+                let span = p.span;
+                self.error(format!("`{name}` must be three numbers"), span);
+                None
+            }
+        }
+    }
+
+    /// The shape, and a transform of its own.
+    fn geometry(&mut self, o: &Object) -> Option<(Shape, Transform)> {
+        let identity = Transform::IDENTITY;
+        let whole = 360.0;
+        match o.kind.as_str() {
+            "sphere" => {
+                let radius = self.float(o, "radius", 1.0);
+                let center = self.vector(o, "center").unwrap_or_default();
+                let sphere = Sphere::new(radius, -radius, radius, whole);
+                let Some(sphere) = sphere else {
+                    self.error("a sphere needs a positive radius", o.span);
+                    return None;
+                };
+                Some((Shape::Sphere(sphere), Transform::translate(center)))
+            }
+            "disk" => Some((Shape::Disk(Disk::new(0.0, 1.0, 0.0, whole)?), identity)),
+            "cylinder" => {
+                let radius = self.float(o, "radius", 1.0);
+                let p0 = self.vector(o, "p0").unwrap_or_default();
+                let p1 = self.vector(o, "p1").unwrap_or(Vec3::new(0.0, 0.0, 1.0));
+                let axis = p1 - p0;
+                let cylinder = Cylinder::new(radius, 0.0, axis.length(), whole);
+                let (Some(cylinder), Some(z)) = (cylinder, axis.try_normalize()) else {
+                    self.error("a cylinder needs a radius and a length", o.span);
+                    return None;
+                };
+                let f = Frame::from_z(z);
+                let row = |i: usize| [f.x[i], f.y[i], f.z[i], p0[i]];
+                let t = Transform::from_matrix([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]);
+                Some((Shape::Cylinder(cylinder), t?))
+            }
+            "rectangle" => Some((self.push_mesh(rectangle()), identity)),
+            "cube" => Some((self.push_mesh(cube()), identity)),
+            "obj" | "ply" | "serialized" => {
+                let mesh = self.mesh(o)?;
+                Some((self.push_mesh(mesh), identity))
+            }
+            _ => {
+                self.not_built(o);
+                None
+            }
+        }
+    }
+
+    fn push_mesh(&mut self, mesh: TriangleMesh) -> Shape {
+        Shape::Triangles(self.scene.triangle_meshes.push(mesh))
+    }
+
+    fn mesh(&mut self, o: &Object) -> Option<TriangleMesh> {
+        let Some(name) = self.text(o, "filename") else {
+            self.error(format!("the shape `{}` needs a `filename`", o.kind), o.span);
+            return None;
+        };
+        let flip_v = self.flag(o, "flip_tex_coords", o.kind == "obj");
+        let flat = self.flag(o, "face_normals", false);
+        let which = self.count(o, "shape_index", 0);
+        let read = self.reader.resolve(&name).and_then(|p| read_all(self.files, &p));
+        let read = read.and_then(|bytes| {
+            let mesh = match o.kind.as_str() {
+                "obj" => obj(&bytes),
+                "ply" => from_ply(&bytes),
+                _ => serialized(&bytes, which as usize),
+            };
+            mesh.map_err(|m| format!("{name}: {m}"))
+        });
+        let mut mesh = read.map_err(|m| self.error(m, o.span)).ok()?;
+        if flat {
+            mesh.normals = Vec::new();
+        }
+        // OBJ counts v upwards and Mitsuba turns it over; what was turned over must not be so again.
+        if flip_v != (o.kind == "obj") {
+            mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
+        }
+        Some(mesh)
+    }
+
+    pub(super) fn area_light(&mut self, e: &Object) -> Option<AreaLight> {
+        if e.kind != "area" {
+            self.not_built(e);
+            return None;
+        }
+        let (radiance, scale, texture) = self.emission(e, "radiance");
+        self.finish(e);
+        Some(AreaLight { radiance, scale, two_sided: false, power: None, image: None, texture, group: None })
+    }
+
+    /// The media on the two sides of a shape.
+    fn media_of(&mut self, o: &Object) -> Option<MediumInterface> {
+        let (interior, exterior) = (self.named(o, "interior"), self.named(o, "exterior"));
+        if interior.is_none() && exterior.is_none() {
+            return None;
+        }
+        let inside = interior.and_then(|i| self.medium(i));
+        let outside = exterior.and_then(|i| self.medium(i));
+        Some(MediumInterface { inside, outside })
+    }
+
+    pub(super) fn medium(&mut self, index: usize) -> Option<Handle<Medium>> {
+        if let Some(h) = self.media.get(&index) {
+            return Some(*h);
+        }
+        let o = self.object(index);
+        if o.kind != "homogeneous" {
+            self.not_built(&o);
+            return None;
+        }
+        let of = |this: &mut Self, name: &str, absent: f32| -> Spectrum {
+            let p = o.get(name).cloned();
+            p.and_then(|p| this.spectrum_of(&p.value, SpectrumUse::Unbounded, p.span))
+                .unwrap_or_else(|| Spectrum::constant(absent, SpectrumUse::Unbounded))
+        };
+        let (albedo, sigma_t) = (of(self, "albedo", 0.75), of(self, "sigma_t", 1.0));
+        let scale = self.float(&o, "scale", 1.0);
+        let g = match self.child(&o, "phase") {
+            None => 0.0,
+            Some(p) => {
+                let p = self.object(p);
+                match p.kind.as_str() {
+                    "isotropic" => 0.0,
+                    "hg" => self.float(&p, "g", 0.8),
+                    _ => {
+                        self.not_built(&p);
+                        0.0
+                    }
+                }
+            }
+        };
+        self.finish(&o);
+        // Scattering is the product of two spectra. Colours multiply as colours do.
+        let (a, t) = (albedo.rgb(), sigma_t.rgb());
+        let product = |f: &dyn Fn(f32, f32) -> f32| -> Spectrum {
+            let rgb = std::array::from_fn(|i| f(a[i], t[i]).max(0.0));
+            Spectrum::rgb_unbounded(steradian_spectrum::ColorSpace::Srgb, rgb)
+        };
+        let coefficients = Coefficients { sigma_a: product(&|a, t| (1.0 - a) * t), sigma_s: product(&|a, t| a * t) };
+        let medium = Medium {
+            name: String::new(),
+            g,
+            scale,
+            world_from_medium: Transform::IDENTITY,
+            volume: Volume::Homogeneous { coefficients, emission: None },
+        };
+        if let Err(e) = medium.validate() {
+            self.error(e.to_string(), o.span);
+            return None;
+        }
+        let handle = self.scene.media.push(medium);
+        self.media.insert(index, handle);
+        Some(handle)
+    }
+}
+
+fn rectangle() -> TriangleMesh {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    TriangleMesh {
+        positions: corners.iter().map(|&(x, y)| Point3::new(x, y, 0.0)).collect(),
+        normals: vec![Normal3::new(0.0, 0.0, 1.0); 4],
+        uvs: corners.iter().map(|&(x, y)| Point2::new((x + 1.0) / 2.0, (y + 1.0) / 2.0)).collect(),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriangleMesh::default()
+    }
+}
+
+/// Six squares from -1 to 1, each with the whole of the texture.
+fn cube() -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
+    for axis in 0..3 {
+        for sign in [-1.0f32, 1.0] {
+            let mut n = [0.0; 3];
+            n[axis] = sign;
+            let z = Vec3::from_array(n);
+            let mut up = [0.0; 3];
+            up[(axis + 1) % 3] = 1.0;
+            let y = Vec3::from_array(up);
+            let x = y.cross(z);
+            let first = mesh.positions.len() as u32;
+            for (u, v) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+                let p = z + x * u + y * v;
+                mesh.positions.push(Point3::new(p.x, p.y, p.z));
+                mesh.normals.push(z.to_normal());
+                mesh.uvs.push(Point2::new((u + 1.0) / 2.0, (v + 1.0) / 2.0));
+            }
+            mesh.indices.extend([[0, 1, 2], [0, 2, 3]].map(|f| f.map(|i: u32| first + i)));
+        }
+    }
+    mesh
+}
+
+fn from_ply(bytes: &[u8]) -> Result<TriangleMesh, String> {
+    let mut m = ply::parse(bytes).map_err(|e| e.to_string())?;
+    m.triangles.extend(m.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
+    Ok(TriangleMesh {
+        positions: m.positions,
+        normals: m.normals,
+        uvs: m.uvs,
+        indices: m.triangles,
+        ..TriangleMesh::default()
+    })
+}
+
+/// All groups of an OBJ file as one mesh, without materials.
+fn obj(bytes: &[u8]) -> Result<TriangleMesh, String> {
+    let settings = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let mut text = bytes;
+    let (models, _) = tobj::load_obj_buf(&mut text, &settings, |_| Ok(Default::default()))
+        .map_err(|e| format!("damaged OBJ file: {e}"))?;
+    let mut out = TriangleMesh::default();
+    let (mut with_normals, mut with_uvs) = (true, true);
+    for model in models {
+        let m = crate::model::obj_mesh(model.mesh)?;
+        let first = out.positions.len() as u32;
+        with_normals &= !m.normals.is_empty();
+        with_uvs &= !m.uvs.is_empty();
+        out.positions.extend(m.positions);
+        out.normals.extend(m.normals);
+        out.uvs.extend(m.uvs);
+        out.indices.extend(m.indices.iter().map(|f| f.map(|i| first + i)));
+    }
+    if !with_normals {
+        out.normals = Vec::new();
+    }
+    if !with_uvs {
+        out.uvs = Vec::new();
+    }
+    Ok(out)
+}
+
+/// Mitsuba's own format: meshes one after the other, each compressed, and a table of where they begin.
+fn serialized(bytes: &[u8], which: usize) -> Result<TriangleMesh, String> {
+    let word = |at: usize, n: usize| -> Result<u64, String> {
+        let b = bytes.get(at..at.wrapping_add(n)).ok_or("truncated file")?;
+        Ok(b.iter().rev().fold(0u64, |v, &b| v << 8 | u64::from(b)))
+    };
+    if word(0, 2)? != 0x041c {
+        return Err("not a serialized mesh".into());
+    }
+    let version = word(2, 2)?;
+    let size = if version >= 4 { 8 } else { 4 };
+    let end = bytes.len();
+    let count = word(end.checked_sub(4).ok_or("truncated file")?, 4)? as usize;
+    if which >= count {
+        return Err(format!("shape {which} of a file that has {count}"));
+    }
+    let table = count.checked_mul(size).and_then(|n| end.checked_sub(4 + n)).ok_or("truncated table")?;
+    let start = word(table + which * size, size)? as usize;
+    let data = bytes.get(start.saturating_add(4)..).ok_or("truncated file")?;
+    let mut plain = Vec::new();
+    let mut reader = flate2::read::ZlibDecoder::new(data).take(crate::files::MOST_DECOMPRESSED);
+    reader.read_to_end(&mut plain).map_err(|_| "damaged compressed data".to_string())?;
+    Serialized { bytes: &plain, at: 0 }.mesh(version)
+}
+
+/// A cursor over unpacked bytes.
+struct Serialized<'b> {
+    bytes: &'b [u8],
+    at: usize,
+}
+
+impl Serialized<'_> {
+    fn take(&mut self, n: usize) -> Result<&[u8], String> {
+        let end = self.at.checked_add(n).ok_or("truncated mesh")?;
+        let b = self.bytes.get(self.at..end).ok_or("truncated mesh")?;
+        self.at = end;
+        Ok(b)
+    }
+
+    fn whole(&mut self) -> Result<u64, String> {
+        Ok(self.take(8)?.iter().rev().fold(0u64, |v, &b| v << 8 | u64::from(b)))
+    }
+
+    fn floats(&mut self, n: usize, double: bool) -> Result<Vec<f32>, String> {
+        let size = if double { 8 } else { 4 };
+        let b = self.take(n.checked_mul(size).ok_or("truncated mesh")?)?;
+        let value = |c: &[u8]| {
+            if double {
+                f64::from_le_bytes([c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]]) as f32
+            } else {
+                f32::from_le_bytes([c[0], c[1], c[2], c[3]])
+            }
+        };
+        Ok(b.chunks_exact(size).map(value).collect())
+    }
+
+    fn mesh(&mut self, version: u64) -> Result<TriangleMesh, String> {
+        let flags = self.take(4)?.iter().rev().fold(0u32, |v, &b| v << 8 | u32::from(b));
+        if version >= 4 {
+            // A name that ends with zero.
+            while self.take(1)?[0] != 0 {}
+        }
+        let (vertices, faces) = (self.whole()? as usize, self.whole()? as usize);
+        let double = flags & 0x2000 != 0;
+        let n3 = vertices.checked_mul(3).ok_or("truncated mesh")?;
+        let positions = self.floats(n3, double)?;
+        let normals = if flags & 1 != 0 { self.floats(n3, double)? } else { Vec::new() };
+        let uvs = if flags & 2 != 0 { self.floats(vertices * 2, double)? } else { Vec::new() };
+        if flags & 8 != 0 {
+            self.floats(n3, double)?;
+        }
+        let b = self.take(faces.checked_mul(12).ok_or("truncated mesh")?)?;
+        let index = |c: &[u8]| u32::from_le_bytes([c[0], c[1], c[2], c[3]]);
+        let indices: Vec<[u32; 3]> = b.chunks_exact(12).map(|f| [index(f), index(&f[4..]), index(&f[8..])]).collect();
+        if indices.iter().flatten().any(|&i| i as usize >= vertices) {
+            return Err("a face uses a vertex that does not exist".into());
+        }
+        if positions.iter().any(|v| !v.is_finite()) {
+            return Err("a vertex is not finite".into());
+        }
+        let triples = |v: &[f32]| v.as_chunks::<3>().0.to_vec();
+        Ok(TriangleMesh {
+            positions: triples(&positions).into_iter().map(|[x, y, z]| Point3::new(x, y, z)).collect(),
+            normals: triples(&normals).into_iter().map(|[x, y, z]| Normal3::new(x, y, z)).collect(),
+            uvs: uvs.as_chunks::<2>().0.iter().map(|&[u, v]| Point2::new(u, v)).collect(),
+            indices,
+            ..TriangleMesh::default()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_the_cube_look_outwards() {
+        let m = cube();
+        assert_eq!((m.positions.len(), m.indices.len()), (24, 12));
+        for f in 0..12 {
+            let t = m.triangle(f);
+            assert!(t.normal().to_vec().dot(t.p[0].to_vec()) > 0.9);
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Colours, spectra, textures and indices of refraction of Mitsuba scenes.
+
+use super::Mitsuba;
+use super::tree::{Object, Value};
+use crate::files::describe;
+use steradian_image::{Encoding, Lookup, Texels, Wrap, read_texels};
+use steradian_math::{Point3, Transform, Vec3};
+use steradian_scene::{
+    CheckerMapping, FloatInput, FloatTexture, Handle, ImageMap, Mapping2, SpectrumInput, SpectrumTexture, Texture,
+    TextureImage,
+};
+use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, named};
+use steradian_syntax::Span;
+
+/// Indices of refraction at the yellow line, by Mitsuba's names.
+pub(super) fn index_of(name: &str) -> Option<f32> {
+    const KNOWN: [(&str, f32); 21] = [
+        ("vacuum", 1.0),
+        ("helium", 1.000_036),
+        ("hydrogen", 1.000_132),
+        ("air", 1.000_277),
+        ("carbon dioxide", 1.000_45),
+        ("water", 1.333),
+        ("acetone", 1.36),
+        ("ethanol", 1.361),
+        ("carbon tetrachloride", 1.461),
+        ("glycerol", 1.4729),
+        ("benzene", 1.501),
+        ("silicone oil", 1.52045),
+        ("bromine", 1.661),
+        ("water ice", 1.31),
+        ("fused quartz", 1.458),
+        ("pyrex", 1.47),
+        ("acrylic glass", 1.49),
+        ("polypropylene", 1.49),
+        ("bk7", 1.5046),
+        ("sodium chloride", 1.544),
+        ("amber", 1.55),
+    ];
+    let name = name.to_ascii_lowercase();
+    match name.as_str() {
+        "pet" => Some(1.575),
+        "diamond" => Some(2.419),
+        _ => KNOWN.iter().find(|k| k.0 == name).map(|k| k.1),
+    }
+}
+
+impl Mitsuba<'_> {
+    pub(super) fn constant(&mut self, s: Spectrum) -> SpectrumInput {
+        self.scene.spectrum_textures.push(SpectrumTexture { usage: s.usage(), kind: Texture::Constant(s) })
+    }
+
+    pub(super) fn number(&mut self, v: f32) -> FloatInput {
+        self.scene.float_textures.push(FloatTexture(Texture::Constant(v)))
+    }
+
+    /// A spectrum from a parameter.
+    pub(super) fn spectrum_of(&mut self, value: &Value, usage: SpectrumUse, span: Span) -> Option<Spectrum> {
+        let space = ColorSpace::Srgb;
+        let of_rgb = |rgb: [f32; 3]| match usage {
+            SpectrumUse::Albedo => Spectrum::rgb_albedo(space, rgb),
+            SpectrumUse::Unbounded => Spectrum::rgb_unbounded(space, rgb),
+            SpectrumUse::Illuminant => Spectrum::rgb_illuminant(space, rgb.map(|v| v.max(0.0))),
+        };
+        // An even spectrum of a lamp means white light.
+        let even = |v: f32| match usage {
+            SpectrumUse::Illuminant => of_rgb([v; 3]),
+            _ => Spectrum::constant(v, usage),
+        };
+        match value {
+            Value::Rgb(rgb) => Some(of_rgb(*rgb)),
+            Value::Float(v) => Some(even(*v)),
+            Value::Integer(v) => Some(even(*v as f32)),
+            Value::Spectrum(s) if s.len() == 1 => Some(even(s[0].1)),
+            Value::Spectrum(s) => {
+                let (l, v): (Vec<f32>, Vec<f32>) = s.iter().copied().unzip();
+                Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(e.to_string(), span)).ok()
+            }
+            Value::SpectrumFile(name) => self.spectrum_file(name, usage, span),
+            _ => {
+                self.error("must be a colour or a spectrum", span);
+                None
+            }
+        }
+    }
+
+    /// Lines of a wavelength and a value.
+    fn spectrum_file(&mut self, name: &str, usage: SpectrumUse, span: Span) -> Option<Spectrum> {
+        let read = self.reader.resolve(name).and_then(|p| self.files.read(&p).map_err(|e| describe(&p, &e)));
+        let bytes = read.map_err(|m| self.error(m, span)).ok()?;
+        let text = String::from_utf8_lossy(&bytes);
+        let mut pairs = Vec::new();
+        for line in text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#')) {
+            let mut numbers = line.split_ascii_whitespace().map(|w| w.parse::<f32>().ok());
+            match (numbers.next().flatten(), numbers.next().flatten()) {
+                (Some(l), Some(v)) => pairs.push((l, v)),
+                _ => {
+                    self.error(format!("{name}: `{line}` is not a wavelength and a value"), span);
+                    return None;
+                }
+            }
+        }
+        let (l, v): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
+        Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(format!("{name}: {e}"), span)).ok()
+    }
+
+    /// A parameter that is a colour, a spectrum or a texture; none where it is not given.
+    pub(super) fn maybe_spectrum(&mut self, o: &Object, name: &str, usage: SpectrumUse) -> Option<SpectrumInput> {
+        if let Some(child) = self.named(o, name) {
+            let t = self.object(child);
+            return self.texture(&t, usage);
+        }
+        let p = o.get(name)?.clone();
+        let s = self.spectrum_of(&p.value, usage, p.span)?;
+        Some(self.constant(s))
+    }
+
+    pub(super) fn spectrum(&mut self, o: &Object, name: &str, usage: SpectrumUse, absent: f32) -> SpectrumInput {
+        self.maybe_spectrum(o, name, usage).unwrap_or_else(|| self.constant(Spectrum::constant(absent, usage)))
+    }
+
+    /// A parameter that is a number or a texture.
+    pub(super) fn float_input(&mut self, o: &Object, name: &str, absent: f32) -> FloatInput {
+        if let Some(child) = self.named(o, name) {
+            let t = self.object(child);
+            return self.float_texture(&t).unwrap_or_else(|| self.number(absent));
+        }
+        let v = self.float(o, name, absent);
+        self.number(v)
+    }
+
+    pub(super) fn float_texture(&mut self, t: &Object) -> Option<FloatInput> {
+        match t.kind.as_str() {
+            "bitmap" => {
+                let map = self.bitmap(t, false)?;
+                Some(self.scene.float_textures.push(FloatTexture(Texture::Image(map))))
+            }
+            "checkerboard" => {
+                let (a, b) = (self.float_input(t, "color0", 0.4), self.float_input(t, "color1", 0.2));
+                let mapping = CheckerMapping::Plane(self.mapping(t, 2.0));
+                Some(self.scene.float_textures.push(FloatTexture(Texture::Checkerboard { mapping, a, b })))
+            }
+            _ => {
+                self.not_built(t);
+                None
+            }
+        }
+    }
+
+    fn texture(&mut self, t: &Object, usage: SpectrumUse) -> Option<SpectrumInput> {
+        let kind = match t.kind.as_str() {
+            "bitmap" => Texture::Image(self.bitmap(t, !self.is_raw(t))?),
+            "checkerboard" => {
+                let (a, b) = (self.spectrum(t, "color0", usage, 0.4), self.spectrum(t, "color1", usage, 0.2));
+                Texture::Checkerboard { mapping: CheckerMapping::Plane(self.mapping(t, 2.0)), a, b }
+            }
+            "mesh_attribute" => {
+                let name = self.text(t, "name").unwrap_or_default();
+                if name != "vertex_color" {
+                    self.error(format!("the mesh attribute `{name}` is not read; `vertex_color` is"), t.span);
+                    return None;
+                }
+                Texture::Vertex
+            }
+            "srgb" | "uniform" | "d65" | "irregular" | "regular" | "blackbody" => {
+                let s = self.named_spectrum(t, usage)?;
+                Texture::Constant(s)
+            }
+            _ => {
+                self.not_built(t);
+                return None;
+            }
+        };
+        self.finish(t);
+        Some(self.scene.spectrum_textures.push(SpectrumTexture { usage, kind }))
+    }
+
+    fn named_spectrum(&mut self, t: &Object, usage: SpectrumUse) -> Option<Spectrum> {
+        match t.kind.as_str() {
+            "blackbody" => {
+                let kelvin = self.float(t, "temperature", 5000.0);
+                Spectrum::blackbody(kelvin).map_err(|e| self.error(e.to_string(), t.span)).ok()
+            }
+            "d65" => {
+                let scale = self.float(t, "scale", 1.0);
+                self.spectrum_of(&Value::Float(scale), usage, t.span)
+            }
+            "srgb" => {
+                let p = t.get("color").cloned()?;
+                self.spectrum_of(&p.value, usage, p.span)
+            }
+            "uniform" => {
+                let v = self.float(t, "value", 1.0);
+                self.spectrum_of(&Value::Float(v), usage, t.span)
+            }
+            _ => {
+                self.not_built(t);
+                None
+            }
+        }
+    }
+
+    fn is_raw(&self, t: &Object) -> bool {
+        matches!(t.get("raw").map(|p| &p.value), Some(Value::Boolean(true)))
+    }
+
+    /// A picture as a texture.
+    pub(super) fn bitmap(&mut self, t: &Object, color: bool) -> Option<ImageMap> {
+        let raw = self.is_raw(t);
+        let name = self.text(t, "filename");
+        let Some(name) = name else {
+            self.error("a bitmap needs a `filename`", t.span);
+            return None;
+        };
+        let texels = self.picture(&name, color && !raw, t.span)?;
+        let wrap = match self.text(t, "wrap_mode").as_deref() {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("mirror") => Wrap::Mirror,
+            Some("clamp") => Wrap::Clamp,
+            Some(other) => {
+                self.error(format!("`{other}` is none of repeat, mirror and clamp"), t.span);
+                Wrap::Repeat
+            }
+        };
+        let lookup = match self.text(t, "filter_type").as_deref() {
+            Some("nearest") => Lookup::Point,
+            _ => Lookup::Bilinear,
+        };
+        let image = self.push_image(&name, texels, lookup, wrap);
+        Some(ImageMap { mapping: self.mapping(t, 1.0), image, scale: 1.0, invert: false })
+    }
+
+    pub(super) fn push_image(
+        &mut self,
+        name: &str,
+        texels: Texels,
+        lookup: Lookup,
+        wrap: Wrap,
+    ) -> Handle<TextureImage> {
+        let texels = match texels.channels() {
+            4 => texels.truncated(3),
+            2 => texels.truncated(1),
+            _ => texels,
+        };
+        self.scene.images.push(TextureImage {
+            name: name.into(),
+            texels,
+            lookup,
+            wrap: [wrap; 2],
+            color_space: ColorSpace::Srgb,
+        })
+    }
+
+    /// The texels of a file, read once.
+    pub(super) fn picture(&mut self, name: &str, color: bool, span: Span) -> Option<Texels> {
+        let key = (name.to_string(), color);
+        if let Some(known) = self.pictures.borrow().get(&key) {
+            return Some(known.clone());
+        }
+        let encoding = if color { Encoding::Srgb } else { Encoding::Linear };
+        let read = self
+            .reader
+            .resolve(name)
+            .and_then(|p| self.files.read(&p).map_err(|e| describe(&p, &e)))
+            .and_then(|b| read_texels(&b, name, Some(encoding)).map_err(|e| e.to_string()));
+        let texels = read.map_err(|m| self.error(m, span)).ok()?;
+        self.pictures.borrow_mut().insert(key, texels.clone());
+        Some(texels)
+    }
+
+    /// `to_uv`, and a further factor: a checkerboard's squares are half a unit here and a unit there.
+    fn mapping(&mut self, t: &Object, factor: f32) -> Mapping2 {
+        let m = match t.get("to_uv").map(|p| p.value.clone()) {
+            Some(Value::Transform(m)) => m,
+            _ => Transform::IDENTITY,
+        };
+        let (x, y) = (m.vector(Vec3::new(1.0, 0.0, 0.0)), m.vector(Vec3::new(0.0, 1.0, 0.0)));
+        let o = m.point(Point3::default());
+        let row = |i: usize| [x[i] * factor, y[i] * factor, o[i] * factor];
+        Mapping2::Affine { set: 0, rows: [row(0), row(1)] }
+    }
+
+    /// Index and absorption of a metal by its name.
+    pub(super) fn metal(&mut self, name: &str, span: Span) -> Option<[Spectrum; 2]> {
+        let of = |part: &str| named::spectrum(&format!("metal-{name}-{part}"));
+        if let (Some(eta), Some(k)) = (of("eta"), of("k")) {
+            return Some([eta, k]);
+        }
+        self.error(format!("the metal `{name}` is not known; Ag, Al, Au, Cu, CuZn, MgO and TiO2 are"), span);
+        None
+    }
+}
