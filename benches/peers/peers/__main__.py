@@ -25,6 +25,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="folder for the results [benches/results/DATE-MACHINE]")
     parser.add_argument("--work", type=Path, default=ROOT / "target" / "peers", help="folder for scenes and pictures [target/peers]")
     parser.add_argument("--readme", action="store_true", help="put the table of --out into the README; with existing results nothing is measured")
+    parser.add_argument("--again", action="store_true", help="figures and tables of --out again from the pictures that its run left, measuring nothing")
     parser.add_argument("--self-check", action="store_true", help="check the estimators on data with a known answer, and nothing else")
     parser.add_argument("--check-tables", action="store_true", help="are all committed tables what their raw.json gives? Needs Python only")
     options = parser.parse_args()
@@ -44,6 +45,9 @@ def main() -> int:
 
         report.write(options.out)
         report.into_readme(ROOT / "README.md", options.out, ROOT)
+        return 0
+    if options.again:
+        again(options.out, options.work)
         return 0
     if options.rounds < 2:
         parser.error("--rounds: two seeds are the least from which an error can be told")
@@ -84,6 +88,22 @@ def measure(options: argparse.Namespace, parser: argparse.ArgumentParser) -> int
         report.into_readme(ROOT / "README.md", out, ROOT)
     print(f"wrote {out}")
     return 0
+
+
+def again(out: Path, work: Path) -> None:
+    """For a change of the estimators after a run."""
+    from . import plots, report, session, variants
+
+    record = report.load(out)
+    record.pop("rays")
+    present = [v for v in variants.VARIANTS if v.key in record["variants"]]
+    run = session.Session(session.Plan(list(record["scenes"]), present, [], record["rounds"], record["shrink"], work.resolve() / _state()), {})
+    run.record = record
+    for name, figures in list(record["figures"].items()):
+        run.figures(name, {key: figure["failed"] for key, figure in figures.items() if "failed" in figure})
+    (out / "raw.json").write_text(json.dumps(record, indent=1) + "\n")
+    report.write(out)
+    plots.write(record, out)
 
 
 def rays(out: Path, quick: bool) -> None:

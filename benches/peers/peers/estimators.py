@@ -17,7 +17,7 @@ def relative_mse(images: list[Floats], reference: Floats) -> float:
     """The relative mean squared error of one of `images`, which differ in their seed alone.
 
     The sample variance of each pixel (for two images, half the squared difference) over the squared reference. The reference is only a
-    scale: its own error biases nothing to first order, and no renderer is favoured by being close to it.
+    scale, the same for all: no renderer is favoured by being close to it.
     """
     if len(images) < 2:
         raise ValueError("two seeds are needed")

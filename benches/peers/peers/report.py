@@ -220,8 +220,8 @@ def _notes(raw: Raw) -> list[str]:
     tolerance = raw["tolerance"]
     return [
         "CPU seconds are of all threads together and without start-up: differences of two numbers of samples, medians over "
-        f"{raw['rounds']} rounds in which the competitors run one after the other. relMSE is the variance between seeds over the squared "
-        "reference, so no renderer gains by resembling it; times to a target follow the line through the two measured numbers of samples "
+        f"{raw['rounds']} rounds in which the competitors run one after the other. relMSE is the variance between seeds over the square "
+        "of the median of all competitors' pictures, so no renderer gains by resembling a reference; times to a target follow the line through the two measured numbers of samples "
         "in log-log, those with * beyond them. Resident memory under 10 MB reads as 10.",
         "",
         f"A peer agrees when its mean is within {100 * tolerance['ratio']:.0f} % of Steradian's and its blocks of 16 x 16 pixels within "

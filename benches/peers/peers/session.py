@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from . import estimators as e
 from .files import read_pfm
 from .measure import Cost, Failed, run
@@ -21,7 +23,7 @@ from .variants import THREADS, Variant
 TARGETS = (1e-2, 1e-3)
 # Beyond these a peer shows another picture, and is not compared in that scene.
 RATIO_TOLERANCE, BLOCK_TOLERANCE = 0.02, 0.04
-REFERENCE_FACTOR = 2
+REFERENCE_FACTOR = 1
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,6 @@ class Session:
         width, height = (extent // self.plan.shrink for extent in facts["size"])
         facts["size"] = [width, height]
         self.record["scenes"][name] = facts
-        pictures: dict[str, dict[int, list[Floats]]] = defaultdict(lambda: defaultdict(list))
         broken: dict[str, str] = {}
         for number in range(self.plan.rounds):
             for spp in facts["spp"]:
@@ -64,18 +65,32 @@ class Session:
                 for variant in self.plan.variants:
                     if variant.key in broken:
                         continue
-                    count = variant.count(spp)
                     try:
-                        pictures[variant.key][count].append(self._render(variant, name, folder, count, number + 1, (width, height)))
+                        self._render(variant, name, folder, variant.count(spp), number + 1, (width, height))
                     except Failed as failed:
                         broken[variant.key] = str(failed)
                         self._say(f"{name}: {variant.label} failed: {failed}")
-        reference = self._reference(folder, facts, (width, height))
+        self._references(folder, facts, (width, height))
+        self.figures(name, broken)
+
+    def figures(self, name: str, broken: dict[str, str]) -> None:
+        """From the pictures, which stay in the work folder, and the runs on record."""
+        folder, facts = self.plan.work / name, self.record["scenes"][name]
+        pictures: dict[str, dict[int, list[Floats]]] = defaultdict(lambda: defaultdict(list))
+        for run_ in self.record["runs"]:
+            if run_["scene"] == name and run_["variant"] not in broken:
+                pictures[run_["variant"]][run_["spp"]].append(read_pfm(_picture(folder, run_["variant"], run_["spp"], run_["seed"])))
+        # What errors are relative to: the median over the competitors of their best pictures. None of them can bend it, and a pixel that
+        # one of them has missed so far, or a spark, does not count.
+        scale = np.median([np.mean(by_count[max(by_count)], axis=0) for by_count in pictures.values()], axis=0).astype(np.float32)
+        figures = self.record["figures"][name] = {}
         for variant in self.plan.variants:
             if variant.key in broken:
-                self.record["figures"].setdefault(name, {})[variant.key] = {"failed": broken[variant.key]}
-            else:
-                self.record["figures"].setdefault(name, {})[variant.key] = self._figures(variant, name, facts, pictures[variant.key], reference)
+                figures[variant.key] = {"failed": broken[variant.key]}
+                continue
+            color = variant.color if _half(folder, variant.color, facts["size"][0], 0).exists() else "rgb"
+            halves = (read_pfm(_half(folder, color, facts["size"][0], 0)), read_pfm(_half(folder, color, facts["size"][0], 1)))
+            figures[variant.key] = self._figures(variant, name, facts, pictures[variant.key], halves, scale)
 
     def starts(self, name: str) -> None:
         """From nothing to the first small picture: one sample per pixel, wall time, everything loaded. Warm files; Mitsuba with and
@@ -120,34 +135,28 @@ class Session:
                 run([sys.executable, "-m", f"peers.children.{child}", name, str(folder)])
         return folder
 
-    def _render(self, variant: Variant, name: str, folder: Path, spp: int, seed: int, size: tuple[int, int]) -> Floats:
-        out = self.plan.work / "picture.pfm"
+    def _render(self, variant: Variant, name: str, folder: Path, spp: int, seed: int, size: tuple[int, int]) -> None:
+        out = _picture(folder, variant.key, spp, seed)
+        out.parent.mkdir(exist_ok=True)
         out.unlink(missing_ok=True)
         command = variant.command(folder, spp, seed, size, out)
         cost = run(command)
         self.record["runs"].append({"scene": name, "variant": variant.key, "spp": spp, "seed": seed, **asdict(cost),
                                     "load": round(os.getloadavg()[0], 2), "command": self._portable(command)})
         self._say(f"{name:12} {variant.key:20} {spp:4} spp seed {seed}: {cost.cpu:7.2f} s cpu {cost.wall:7.2f} s wall {cost.peak_mb:7.0f} MB")
-        return read_pfm(out)
 
-    def _reference(self, folder: Path, facts: dict[str, Any], size: tuple[int, int]) -> dict[str, tuple[Floats, Floats]]:
+    def _references(self, folder: Path, facts: dict[str, Any], size: tuple[int, int]) -> None:
         """Two long pictures by Steradian for each way of colour. Kept with the scene: a later build is held to an earlier one's."""
-        references = {}
         for variant in self.plan.variants:
-            if variant.renderer == "steradian" and variant.color not in references:
-                halves = [folder / f"reference-{variant.color}-{size[0]}-{half}.pfm" for half in (0, 1)]
-                for seed, out in enumerate(halves):
-                    if not out.exists():
-                        partial = out.with_suffix(".part.pfm")
-                        run(variant.command(folder, REFERENCE_FACTOR * facts["spp"][-1], 1_000_003 + seed, size, partial))
-                        partial.rename(out)
-                references[variant.color] = (read_pfm(halves[0]), read_pfm(halves[1]))
-        return references
+            for seed in (0, 1) if variant.renderer == "steradian" else ():
+                out = _half(folder, variant.color, size[0], seed)
+                if not out.exists():
+                    partial = out.with_suffix(".part.pfm")
+                    run(variant.command(folder, REFERENCE_FACTOR * facts["spp"][-1], 1_000_003 + seed, size, partial))
+                    partial.rename(out)
 
     def _figures(self, variant: Variant, name: str, facts: dict[str, Any], pictures: dict[int, list[Floats]],
-                 references: dict[str, tuple[Floats, Floats]]) -> dict[str, Any]:
-        halves = references.get(variant.color, references["rgb"])
-        reference = 0.5 * (halves[0] + halves[1])
+                 halves: tuple[Floats, Floats], reference: Floats) -> dict[str, Any]:
         counts = sorted(pictures)
         error = [e.relative_mse(pictures[spp], reference) for spp in counts]
         costs = {spp: [Cost(r["cpu"], r["wall"], r["peak_mb"]) for r in self.record["runs"]
@@ -180,3 +189,11 @@ class Session:
     def _say(self, text: str) -> None:
         minutes, seconds = divmod(int(time.monotonic() - self.began), 60)
         print(f"{minutes:3}:{seconds:02}  {text}", flush=True)
+
+
+def _picture(folder: Path, key: str, spp: int, seed: int) -> Path:
+    return folder / "pictures" / f"{key}-{spp}-{seed}.pfm"
+
+
+def _half(folder: Path, color: str, width: int, half: int) -> Path:
+    return folder / f"reference-{color}-{width}-{half}.pfm"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,7 +48,7 @@ class Variant:
                 return [sys.executable, "-m", "peers.children.cycles_render", str(folder), self.sampler, str(spp), str(seed), extent,
                         str(THREADS), str(out)]
             case "pbrt":
-                return [os.environ["PBRT"], str(folder / "scene.pbrt"), "--spp", str(spp), "--seed", str(seed), "--nthreads", str(THREADS),
+                return [os.environ["PBRT"], str(_resized(folder, size)), "--spp", str(spp), "--seed", str(seed), "--nthreads", str(THREADS),
                         "--quiet", "--outfile", str(out)]
         raise ValueError(self.renderer)
 
@@ -60,10 +61,21 @@ VARIANTS = [
     Variant("mitsuba-llvm", "mitsuba", "Mitsuba llvm_ad_rgb, independent (default)", "rgb", "llvm_ad_rgb", "independent"),
     Variant("mitsuba-llvm-best", "mitsuba", "Mitsuba llvm_ad_rgb, multijitter", "rgb", "llvm_ad_rgb", "multijitter"),
     Variant("mitsuba-spectral", "mitsuba", "Mitsuba llvm_ad_spectral, multijitter", "spectral", "llvm_ad_spectral", "multijitter"),
-    Variant("cycles", "cycles", "Cycles, automatic (default)", "rgb", "rgb", "AUTOMATIC"),
-    Variant("cycles-best", "cycles", "Cycles, tabulated Sobol'", "rgb", "rgb", "TABULATED_SOBOL"),
+    Variant("cycles", "cycles", "Cycles, automatic (default)", "rgb", "rgb", "AUTOMATIC", 2),
+    Variant("cycles-best", "cycles", "Cycles, tabulated Sobol'", "rgb", "rgb", "TABULATED_SOBOL", 2),
     Variant("pbrt", "pbrt", "pbrt-v4, zsobol (default)", "spectral", "spectral", ""),
 ]
+
+
+def _resized(folder: Path, size: tuple[int, int]) -> Path:
+    """The scene with a picture of this size, for those who have no option for it."""
+    file = folder / f"scene-{size[0]}x{size[1]}.pbrt"
+    if not file.exists():
+        text = (folder / "scene.pbrt").read_text()
+        for name, extent in zip(("xresolution", "yresolution"), size):
+            text = re.sub(rf'"integer {name}" \d+', f'"integer {name}" {extent}', text, count=1)
+        file.write_text(text)
+    return file
 
 
 def chosen(renderers: list[str]) -> list[Variant]:

@@ -25,4 +25,4 @@ def build() -> Scene:
         Mesh("tall", *box((-0.35, 0.6, -0.3), (0.3, 0.6, 0.3), 17), WHITE),
         Mesh("lamp", *quad((x0, 2, z0), (x1, 2, z0), (x1, 2, z1), (x0, 2, z1)), emission=(17.0, 12.0, 4.0)),
     ]
-    return Scene("cornell", "Cornell box, 512 x 512", Camera((0, 1, 6.8), (0, 1, 0), 19.5, 512, 512), meshes, 8, (8, 32))
+    return Scene("cornell", "Cornell box, 512 x 512", Camera((0, 1, 6.8), (0, 1, 0), 19.5, 512, 512), meshes, 8, (4, 16))
