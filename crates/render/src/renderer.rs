@@ -53,7 +53,7 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// From where rendering can go on: the bytes of a [`Snapshot`].
+    /// From where rendering can go on: the bytes of a [`crate::Snapshot`].
     pub fn encode(&self, label: &Label) -> Vec<u8> {
         let film = self.unfinished.as_ref().unwrap_or(&self.film);
         let (round, tiles) = (self.schedule.round, film.tiles.len());

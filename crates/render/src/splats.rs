@@ -28,16 +28,18 @@ impl Fixed {
         Self((v.clamp(-Self::LARGEST, Self::LARGEST) * Self::ONE).round_ties_even() as i128)
     }
 
-    /// The sum.
-    #[inline]
-    pub fn add(self, o: Self) -> Self {
-        // Beyond all use it would wrap around, which is associative too.
-        Self(self.0.wrapping_add(o.0))
-    }
-
     /// The nearest float.
     pub fn value(self) -> f64 {
         self.0 as f64 / Self::ONE
+    }
+}
+
+impl std::ops::Add for Fixed {
+    type Output = Self;
+    #[inline]
+    fn add(self, o: Self) -> Self {
+        // Beyond all use it would wrap around, which is associative too.
+        Self(self.0.wrapping_add(o.0))
     }
 }
 
@@ -56,8 +58,8 @@ impl SplatSum {
 
     fn add(&mut self, o: &Self) {
         for c in 0..3 {
-            self.rgb[c] = self.rgb[c].add(o.rgb[c]);
-            self.squares[c] = self.squares[c].add(o.squares[c]);
+            self.rgb[c] = self.rgb[c] + o.rgb[c];
+            self.squares[c] = self.squares[c] + o.squares[c];
         }
     }
 }
@@ -175,10 +177,10 @@ mod tests {
         assert_eq!(Fixed::new(2e-20).value(), 0.0, "less than half a step is nothing");
         assert_eq!(Fixed::new(1e30), Fixed::new(1e25), "saturates");
         // A tiny contribution is not lost beside a huge one.
-        let sum = Fixed::new(1e12).add(Fixed::new(1e-15)).add(Fixed::new(-1e12));
+        let sum = Fixed::new(1e12) + Fixed::new(1e-15) + Fixed::new(-1e12);
         assert!((sum.value() - 1e-15).abs() < 1e-19);
         // The greatest contributions, often.
-        let huge = (0..1 << 20).fold(Fixed::default(), |s, _| s.add(Fixed::new(f64::from(BRIGHTEST))));
+        let huge = (0..1 << 20).fold(Fixed::default(), |s, _| s + Fixed::new(f64::from(BRIGHTEST)));
         assert_eq!(huge.value(), f64::from(BRIGHTEST) * f64::from(1 << 20));
     }
 
@@ -193,7 +195,7 @@ mod tests {
         ) {
             let landed: Vec<Landed> = values
                 .iter()
-                .map(|&(pixel, v, e)| Landed { pixel, rgb: [v * (e as f32).exp2(), v, 1.0 / v] })
+                .map(|&(pixel, v, e)| Landed { pixel, rgb: [v * steradian_math::exp2(e as f32), v, 1.0 / v] })
                 .collect();
             let mut whole = Splats::new([3, 2], [0, 3, 0, 2]);
             whole.add(&landed);

@@ -105,7 +105,7 @@ fn motion_in_pixels() {
     let a = image(&f, "a.exr");
     let at = |name: &str, x: usize, y: usize| a.channel(name).unwrap()[y * 160 + x];
     // At distance 4 (less the ball's radius at its nearest), 120 pixels are 2 tan 20 degrees times that.
-    let per_unit = |distance: f32| 120.0 / (2.0 * 20f32.to_radians().tan() * distance);
+    let per_unit = |distance: f32| 120.0 / (2.0 * steradian_math::tan(20f32.to_radians()) * distance);
     let (u, v) = (at("forward.u", 80, 60), at("forward.v", 80, 60));
     assert!(u > 0.4 * per_unit(4.2) && u < 0.4 * per_unit(3.4), "{u}");
     assert!(v > 0.2 * per_unit(4.4) && v < 0.2 * per_unit(3.3), "{v}: up");

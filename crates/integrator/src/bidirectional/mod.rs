@@ -63,12 +63,12 @@ impl Bdpt {
         let setting = Setting { world, hero, max_depth: self.max_depth, regularize: self.regularize };
         let Paths { camera, light } = paths;
         let ray = world.camera_ray(sample);
-        let mut radiance = setting.from_camera(&ray, w, numbers, camera, record);
+        let mut radiance = setting.trace_from_camera(&ray, w, numbers, camera, record);
         if self.show.strategy.is_some() {
             // Light of media belongs to no strategy.
             radiance = Lanes::ZERO;
         }
-        setting.from_light(ray.ray.time, w, numbers, light, record);
+        setting.trace_from_light(ray.ray.time, w, numbers, light, record);
         record.path(camera.len().saturating_sub(2) as u32);
         let direct = setting.direct_density(light);
         for t in 2..=camera.len() {

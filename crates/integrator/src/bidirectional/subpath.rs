@@ -43,6 +43,7 @@ struct Walk<'a> {
 }
 
 /// What a ray in a medium comes to.
+#[expect(clippy::large_enum_variant, reason = "lives for a moment, on the stack")]
 enum Flown<'w> {
     Through,
     Scattered(Vertex<'w>),
@@ -51,7 +52,7 @@ enum Flown<'w> {
 
 impl<'w> Setting<'w> {
     /// Makes the vertices of a path from the camera. Returns the light of media on its way.
-    pub fn from_camera<N: Numbers, R: Record>(
+    pub fn trace_from_camera<N: Numbers, R: Record>(
         &self,
         camera_ray: &CameraRay,
         w: &mut Wavelengths,
@@ -78,7 +79,7 @@ impl<'w> Setting<'w> {
     }
 
     /// Makes the vertices of a path from a light; none if nothing is emitted.
-    pub fn from_light<N: Numbers, R: Record>(
+    pub fn trace_from_light<N: Numbers, R: Record>(
         &self,
         time: f32,
         w: &mut Wavelengths,

@@ -6,6 +6,10 @@ use steradian_scene::{Handle, LightContext, LightEnd, Medium, Surface, World};
 use steradian_spectrum::Lanes;
 
 /// What is at a vertex.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most vertices are surfaces, and paths are kept in one list that is used again"
+)]
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind<'w> {
     /// The lens.
