@@ -159,13 +159,15 @@ impl World {
         self.lights.len()
     }
 
-    /// Samples the light that arrives at a point: one number picks the light, two a point on it.
+    /// Samples the light that arrives at a point: `u2` picks the light and a point on it, `u` gives finer detail where there are many lights.
     ///
     /// `None` when the sample carries no light. Visibility is not tested.
     #[inline]
     pub fn sample_light(&self, context: &LightContext, u: f32, u2: [f32; 2], w: &Wavelengths) -> Option<LightSample> {
-        let (light, probability) = self.pick_light(context, u)?;
-        self.sample_picked(context, light, probability, u2, w)
+        // One number both picks and places, so that points are stratified over all that a lamp is made of; `u` fills the last bits.
+        let pick = self.pick_light(context, u2[0])?;
+        let x = pick.u + u * (0.5 * f32::EPSILON) / pick.probability;
+        self.sample_picked(context, pick.light, pick.probability, [x.min(steradian_math::ONE_MINUS_EPSILON), u2[1]], w)
     }
 
     /// Samples one light: as [`World::sample_light`], for a caller that goes through the lights by number.

@@ -90,32 +90,55 @@ impl Lights {
     }
 }
 
+/// A light that was picked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pick {
+    pub light: u32,
+    /// Of this choice.
+    pub probability: f32,
+    /// What is left of the random number: uniform in `[0, 1)`.
+    pub u: f32,
+}
+
+impl Pick {
+    /// Rounding may have left more than there is.
+    #[inline(always)]
+    pub fn new(light: u32, probability: f32, u: f32) -> Self {
+        Self { light, probability, u: u.clamp(0.0, steradian_math::ONE_MINUS_EPSILON) }
+    }
+}
+
 impl World {
-    /// Picks a light: its number and the probability of that choice.
+    /// Picks a light.
     #[inline]
-    pub(super) fn pick_light(&self, context: &LightContext, u: f32) -> Option<(u32, f32)> {
+    pub(super) fn pick_light(&self, context: &LightContext, u: f32) -> Option<Pick> {
         let lights = &self.lights;
         match &lights.selection {
             Selection::None => None,
-            Selection::Uniform(n) => Some((((u * *n as f32) as u32).min(n - 1), 1.0 / *n as f32)),
+            Selection::Uniform(n) => {
+                let place = u * *n as f32;
+                let light = (place as u32).min(n - 1);
+                Some(Pick::new(light, 1.0 / *n as f32, place - light as f32))
+            }
             Selection::Power(table) => {
                 let s = table.sample(u);
-                Some((s.index as u32, s.probability))
+                Some(Pick::new(s.index as u32, s.probability, s.remapped))
             }
             Selection::Tree { tree, placeless } => {
                 let placeless = &placeless[usize::from(context.beside_lobes)];
                 let (p, below) = (placeless.probability, placeless.total());
                 if u < below {
-                    let i = ((u / p) as usize).min(placeless.ids.len() - 1);
-                    return Some((placeless.ids[i], p));
+                    let place = u / p;
+                    let i = (place as usize).min(placeless.ids.len() - 1);
+                    return Some(Pick::new(placeless.ids[i], p, place - i as f32));
                 }
                 if tree.is_empty() {
-                    return placeless.ids.last().map(|&id| (id, p));
+                    return placeless.ids.last().map(|&id| Pick::new(id, p, u));
                 }
                 let from = &context.reference;
                 let share = 1.0 - below;
                 let u = ((u - below) / share).min(steradian_math::ONE_MINUS_EPSILON);
-                tree.sample(from.p, from.ns, u).map(|(id, pmf)| (id, pmf * share))
+                tree.sample(from.p, from.ns, u).map(|pick| Pick { probability: pick.probability * share, ..pick })
             }
         }
     }

@@ -5,6 +5,7 @@
 //! told apart by one step, and the arithmetic of a step runs side by side for all children.
 
 use super::bounds::{LightBounds, Prepared};
+use super::selection::Pick;
 use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3};
 
 /// Children of a node, and as many as are worked on side by side.
@@ -218,9 +219,9 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// Picks a light for a point by one random number: its id and the probability of the choice.
+    /// Picks a light for a point by one random number.
     #[inline]
-    pub fn sample(&self, p: Point3, n: Normal3, mut u: f32) -> Option<(u32, f32)> {
+    pub fn sample(&self, p: Point3, n: Normal3, mut u: f32) -> Option<Pick> {
         let mut node = self.nodes.first()?;
         let mut probability = 1.0;
         loop {
@@ -243,11 +244,11 @@ impl LightTree {
             let importance = importances[chosen];
             probability *= importance / total;
             let child = node.child[chosen];
-            if child & LIGHT != 0 {
-                return Some((child & !LIGHT, probability));
-            }
             // Rounding may leave more than there is.
             u = (left / importance).clamp(0.0, ONE_MINUS_EPSILON);
+            if child & LIGHT != 0 {
+                return Some(Pick::new(child & !LIGHT, probability, u));
+            }
             node = &self.nodes[child as usize];
         }
     }
@@ -368,7 +369,7 @@ mod tests {
                 let normal = if r.f32() < 0.5 { Normal3::new(0.0, 0.0, 1.0) } else { Normal3::default() };
                 let total: f32 = (0..n as u32).map(|i| tree.probability(p, normal, i)).sum();
                 match tree.sample(p, normal, r.f32()) {
-                    Some((id, pmf)) => {
+                    Some(Pick { light: id, probability: pmf, .. }) => {
                         assert!((pmf - tree.probability(p, normal, id)).abs() <= 1e-6 * pmf);
                         // Dead ends (all children without importance) may lose a little; never gain.
                         assert!(total < 1.0 + 1e-4, "{total}");
