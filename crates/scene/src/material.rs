@@ -223,6 +223,28 @@ pub struct MetallicRoughnessInputs {
     pub anisotropy: Option<AnisotropyInputs>,
 }
 
+impl MetallicRoughnessInputs {
+    /// A surface without extensions: metal, or a base under a dielectric of index 1.5.
+    pub const fn plain(base: SpectrumInput, metallic: FloatInput, roughness: FloatInput) -> Self {
+        Self {
+            base,
+            metallic,
+            roughness,
+            eta: Ior::Constant(1.5),
+            specular: None,
+            specular_color: None,
+            f0: None,
+            transmission: None,
+            thin: true,
+            diffuse_transmission: None,
+            coat: None,
+            sheen: None,
+            film: None,
+            anisotropy: None,
+        }
+    }
+}
+
 /// A thin film: what share it covers, its index, its thickness in nanometres.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmInputs {

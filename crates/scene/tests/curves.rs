@@ -1,37 +1,16 @@
 //! Curves in the world: placed, mirrored, instanced, shining.
 
-use steradian_geometry::{Curve, CurveProfile};
-use steradian_image::Filter;
-use steradian_math::{Point3, Ray, Transform, Vec3};
-use steradian_sampling::SamplerSettings;
-use steradian_scene::{
-    AreaLight, FilmSettings, Instance, IntegratorSettings, Material, Object, Primitive, RenderSettings, Scattering,
-    Scene, Shape, SpectrumTexture, Texture, World,
-};
-use steradian_spectrum::{ColorMode, Spectrum, SpectrumUse, Wavelengths};
+mod common;
 
-fn empty() -> Scene {
-    Scene::new(RenderSettings {
-        film: FilmSettings::new(4, 4),
-        filter: Filter::pixel_box(),
-        sampler: SamplerSettings::default(),
-        integrator: IntegratorSettings::default(),
-        color: ColorMode::Rgb,
-        disable_pixel_jitter: false,
-        disable_wavelength_jitter: false,
-        disable_texture_filtering: false,
-        force_diffuse: false,
-        layered_as_pbrt: false,
-    })
-}
+use common::{empty, grey};
+use steradian_geometry::{Curve, CurveProfile};
+use steradian_math::{Point3, Ray, Transform, Vec3};
+use steradian_scene::{AreaLight, Instance, Object, Primitive, Scene, Shape, World};
+use steradian_spectrum::{Spectrum, SpectrumUse, Wavelengths};
 
 /// A straight curve along x, from -1 to 1, 0.2 wide.
 fn strand(scene: &mut Scene, t: Transform, shines: bool) -> Primitive {
-    let s = Spectrum::constant(0.5, SpectrumUse::Albedo);
-    let reflectance = scene.spectrum_textures.push(SpectrumTexture { usage: s.usage(), kind: Texture::Constant(s) });
-    let scattering = Scattering::Diffuse { reflectance };
-    let material =
-        scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None });
+    let material = grey(scene);
     let p = [-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0].map(|x| Point3::new(x, 0.0, 0.0));
     let curve = Curve::new(p, [0.2; 2], CurveProfile::Flat).unwrap();
     let radiance = Spectrum::constant(3.0, SpectrumUse::Illuminant);

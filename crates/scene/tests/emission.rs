@@ -2,48 +2,24 @@
 //!
 //! Fixed seeds; false alarms below 1e-7 for each test.
 
+mod common;
+
+use common::{grey, white};
 use steradian_geometry::{BilinearMesh, Cylinder, Disk, Sphere, TriangleMesh};
-use steradian_image::{Filter, Image, Lookup, Texels, Wrap};
+use steradian_image::{Image, Lookup, Texels, Wrap};
 use steradian_math::{Frame, Point3, Ray, Transform, Vec3};
-use steradian_sampling::SamplerSettings;
 use steradian_sampling::warp::square_to_uniform_disk_concentric;
 use steradian_scene::{
-    AreaLight, Bidirectional, EnvironmentMapping, FilmSettings, Handle, IntegratorKind, IntegratorSettings, Light,
-    LightContext, LightEnd, Material, Primitive, RenderSettings, Scattering, Scene, Shape, SpectrumTexture, Texture,
-    TextureImage, World,
+    AreaLight, Bidirectional, EnvironmentMapping, Handle, IntegratorKind, Light, LightContext, LightEnd, Primitive,
+    Scene, Shape, TextureImage, World,
 };
-use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse, Wavelengths};
+use steradian_spectrum::{ColorSpace, Spectrum, Wavelengths};
 use steradian_testkit::{ChiSquareTest, TestRng, z_test};
 
 fn empty() -> Scene {
-    let integrator =
-        IntegratorSettings { kind: IntegratorKind::Bdpt(Bidirectional::default()), ..IntegratorSettings::default() };
-    Scene::new(RenderSettings {
-        film: FilmSettings::new(4, 4),
-        filter: Filter::pixel_box(),
-        sampler: SamplerSettings::default(),
-        integrator,
-        color: ColorMode::Rgb,
-        disable_pixel_jitter: false,
-        disable_wavelength_jitter: false,
-        disable_texture_filtering: false,
-        force_diffuse: false,
-        layered_as_pbrt: false,
-    })
-}
-
-fn white() -> (Spectrum, f32) {
-    let s = Spectrum::rgb_illuminant(ColorSpace::Srgb, [1.0; 3]);
-    let scale = 1.0 / s.photometric();
-    (s, scale)
-}
-
-fn grey(scene: &mut Scene) -> Handle<Material> {
-    let s = Spectrum::constant(0.5, SpectrumUse::Albedo);
-    let texture = SpectrumTexture { usage: s.usage(), kind: Texture::Constant(s) };
-    let reflectance = scene.spectrum_textures.push(texture);
-    let scattering = Scattering::Diffuse { reflectance };
-    scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None })
+    let mut scene = common::empty();
+    scene.settings.integrator.kind = IntegratorKind::Bdpt(Bidirectional::default());
+    scene
 }
 
 fn solid(scene: &mut Scene, shape: Shape, t: Transform, area_light: Option<AreaLight>) {

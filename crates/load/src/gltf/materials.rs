@@ -65,7 +65,7 @@ impl Gltf<'_, '_> {
     fn default_cover(&mut self, key: CoverKey) -> Result<Cover> {
         let base = self.with_vertex_colors([1.0; 3], None, key, SpectrumUse::Albedo)?;
         let one = self.float(1.0);
-        let inputs = plain(base, one, one);
+        let inputs = MetallicRoughnessInputs::plain(base, one, one);
         Ok(Cover { material: self.push_material("", inputs, None), light: None, alpha: None, media: None })
     }
 
@@ -117,11 +117,11 @@ impl Gltf<'_, '_> {
                 let map = p.get("metallicRoughnessTexture");
                 let metallic = self.scaled(map.as_ref(), 2, p.number("metallicFactor", 1.0)?)?;
                 let roughness = self.scaled(map.as_ref(), 1, p.number("roughnessFactor", 1.0)?)?;
-                plain(base, metallic, roughness)
+                MetallicRoughnessInputs::plain(base, metallic, roughness)
             }
             (None, None) => {
                 let one = self.float(1.0);
-                plain(base, one, one)
+                MetallicRoughnessInputs::plain(base, one, one)
             }
         };
         self.interface(m, &mut inputs)?;
@@ -146,7 +146,7 @@ impl Gltf<'_, '_> {
         let roughness = self.complement(map.as_ref(), 3, g.number("glossinessFactor", 1.0)?)?;
         let zero = self.float(0.0);
         self.used("KHR_materials_pbrSpecularGlossiness");
-        Ok(MetallicRoughnessInputs { f0: Some(f0), ..plain(base, zero, roughness) })
+        Ok(MetallicRoughnessInputs { f0: Some(f0), ..MetallicRoughnessInputs::plain(base, zero, roughness) })
     }
 
     /// Index, strength and colour of the dielectric's reflection; transmission.
@@ -353,26 +353,6 @@ impl Gltf<'_, '_> {
         let material = Material { name: name.to_string(), scattering, displacement: None, normal_map: None };
         let light = Some(self.light(rgb, Some(texture), 1.0, true));
         Ok(Cover { material: self.scene.materials.push(material), light, alpha, media: None })
-    }
-}
-
-/// A surface without extensions.
-fn plain(base: SpectrumInput, metallic: FloatInput, roughness: FloatInput) -> MetallicRoughnessInputs {
-    MetallicRoughnessInputs {
-        base,
-        metallic,
-        roughness,
-        eta: Ior::Constant(1.5),
-        specular: None,
-        specular_color: None,
-        f0: None,
-        transmission: None,
-        thin: true,
-        diffuse_transmission: None,
-        coat: None,
-        sheen: None,
-        film: None,
-        anisotropy: None,
     }
 }
 

@@ -17,8 +17,8 @@ use steradian_image::{Filter, FilterKind};
 use steradian_math::{Point3, Transform, Vec2};
 use steradian_sampling::{SamplerKind, SamplerSettings};
 use steradian_scene::{
-    FilmSettings, IntegratorKind, IntegratorSettings, Ior, Material, MetallicRoughnessInputs, Primitive,
-    RenderSettings, Scattering, Scene, Shape, SpectrumTexture, Texture,
+    FilmSettings, IntegratorKind, IntegratorSettings, Material, MetallicRoughnessInputs, Primitive, RenderSettings,
+    Scattering, Scene, Shape, SpectrumTexture, Texture,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 use steradian_syntax::{Diagnostic, Severity, SourceMap};
@@ -191,22 +191,7 @@ fn paint(
         kind: Texture::Constant(Spectrum::rgb_albedo(ColorSpace::Srgb, rgb)),
     });
     let mut float = |v: f32| scene.float_textures.push(steradian_scene::FloatTexture(Texture::Constant(v)));
-    let inputs = MetallicRoughnessInputs {
-        base,
-        metallic: float(metallic),
-        roughness: float(roughness),
-        eta: Ior::Constant(1.5),
-        specular: None,
-        specular_color: None,
-        f0: None,
-        transmission: None,
-        thin: true,
-        diffuse_transmission: None,
-        coat: None,
-        sheen: None,
-        film: None,
-        anisotropy: None,
-    };
+    let inputs = MetallicRoughnessInputs::plain(base, float(metallic), float(roughness));
     let scattering = Scattering::MetallicRoughness(Box::new(inputs));
     scene.materials.push(Material { name: name.into(), scattering, displacement: None, normal_map: None })
 }

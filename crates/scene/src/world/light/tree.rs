@@ -244,11 +244,12 @@ impl LightTree {
             let importance = importances[chosen];
             probability *= importance / total;
             let child = node.child[chosen];
-            // Rounding may leave more than there is.
-            u = (left / importance).clamp(0.0, ONE_MINUS_EPSILON);
+            let rest = left / importance;
             if child & LIGHT != 0 {
-                return Some(Pick::new(child & !LIGHT, probability, u));
+                return Some(Pick::new(child & !LIGHT, probability, rest));
             }
+            // Rounding may leave more than there is.
+            u = rest.clamp(0.0, ONE_MINUS_EPSILON);
             node = &self.nodes[child as usize];
         }
     }
