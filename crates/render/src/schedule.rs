@@ -29,6 +29,11 @@ pub(crate) fn look_at(round: u32) -> Option<u32> {
     (round >= FIRST).then(|| round + 1 - FIRST)
 }
 
+/// The numbers of samples per pixel at which an error goal is looked at, each with which look that is.
+pub fn looks() -> impl Iterator<Item = (u32, u32)> {
+    (0..).filter_map(|round| Some((round_end(round), look_at(round)?))).take_while(|&(spp, _)| spp < crate::ENDLESS_SPP)
+}
+
 /// Passes double up to this many samples: an interruption throws away one pass at most.
 const LARGEST_PASS: u32 = 16;
 

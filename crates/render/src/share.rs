@@ -58,6 +58,18 @@ impl Share {
 /// # Errors
 /// [`Error::Merge`] with the first tile whose samples overlap or are missing.
 pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> {
+    join_up_to(bounds, films, Some(spp))
+}
+
+/// As [`join`], for parts of which some are still to come: of each tile, what follows on its first sample.
+///
+/// # Errors
+/// [`Error::Merge`] where samples overlap.
+pub fn join_what_is_there(bounds: [u32; 4], films: &[&Film]) -> Result<Film, Error> {
+    join_up_to(bounds, films, None)
+}
+
+fn join_up_to(bounds: [u32; 4], films: &[&Film], spp: Option<u32>) -> Result<Film, Error> {
     let layers = films.first().map_or(0, |f| f.layers());
     let mut whole = Film::with_tiles(bounds, TILE_SIZE, layers);
     whole.splats = films.first().and_then(|f| f.splats.clone());
@@ -77,6 +89,9 @@ pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> 
         let [x, y] = tile.origin;
         let at = |end: u32| format!("of the tile at pixel {x},{y}, samples {end}");
         for piece in pieces {
+            if piece.first > tile.end && spp.is_none() {
+                break;
+            }
             if piece.first > tile.end {
                 return Err(Error::Merge(format!("{} to {} are missing", at(tile.end), piece.first)));
             }
@@ -87,7 +102,7 @@ pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> 
                 return Err(Error::Merge("the parts have different tiles".into()));
             }
         }
-        if tile.end != spp {
+        if let Some(spp) = spp.filter(|&spp| spp != tile.end) {
             return Err(Error::Merge(format!("{} to {spp} are missing", at(tile.end))));
         }
     }
@@ -165,5 +180,12 @@ mod tests {
         assert!(said(&[[0, 4], [3, 10]]).ends_with("samples 3 to 4 are there twice"));
         assert!(said(&[[0, 4]]).ends_with("samples 4 to 10 are missing"));
         assert_eq!(nodes_of(0, 10).len(), 2);
+    }
+
+    #[test]
+    fn what_is_there_of_an_unfinished_render_is_its_beginning() {
+        let parts: Vec<Film> = [[4, 7], [0, 4], [8, 10]].into_iter().map(|r| film(|_| r)).collect();
+        let joined = join_what_is_there(BOUNDS, &parts.iter().collect::<Vec<_>>()).unwrap();
+        assert_eq!(joined, film(|_| [0, 7]));
     }
 }

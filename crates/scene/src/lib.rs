@@ -7,6 +7,7 @@ mod lens;
 mod light;
 mod material;
 mod medium;
+mod parameters;
 mod scene;
 mod settings;
 mod shape;
@@ -25,6 +26,7 @@ pub use material::{
     NormalMap, Roughness, Scattering, SpectrumInput, Translucency,
 };
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
+pub use parameters::{ParameterError, Value};
 pub use scene::Scene;
 pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
 pub use shape::{Displacement, Instance, MediumInterface, Object, Primitive, Shape};

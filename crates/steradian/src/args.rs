@@ -4,12 +4,14 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
 use crate::aov::Aov;
+use crate::engine::Engine;
 use crate::keep::KeepArgs;
 use crate::merge::MergeArgs;
 use crate::model_args::ModelArgs;
 use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Positive, Size};
 use crate::selftest::SelftestArgs;
 use crate::stop::StopArgs;
+use crate::submit::SubmitArgs;
 use crate::technique_args::TechniqueArgs;
 
 /// What `--help` says first.
@@ -52,6 +54,9 @@ pub(crate) enum Command {
     /// Join the parts of a distributed render
     #[command(after_help = MERGE_NOTES)]
     Merge(MergeArgs),
+    /// Write a job that renders on many machines: Slurm, Kubernetes, OpenCue, GNU parallel
+    #[command(after_help = SUBMIT_NOTES)]
+    Submit(Box<SubmitArgs>),
     /// Read a scene and report every problem in it
     Check(SceneArg),
     /// Say what is in a scene, or what an image file says about itself
@@ -155,6 +160,14 @@ Example:
   for i in 1 2 3 4; do steradian render scene.pbrt --spp 1024 --shard $i/4 -o $i.part; done    on four machines
   steradian merge 1.part 2.part 3.part 4.part -o scene.exr";
 
+const SUBMIT_NOTES: &str = "\
+The job renders every part by itself, each named by scene and settings, and then merges them to the bits of one render. Running it
+again does only what is missing.
+
+Examples:
+  steradian submit slurm scene.pbrt --spp 1024 --parts 64 --cores 4 -o scene.exr --run
+  steradian submit parallel scene.pbrt --spp 64 --parts 8 -o scene.exr && sh scene.parallel.sh";
+
 /// `render`.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct RenderArgs {
@@ -182,6 +195,8 @@ pub(crate) struct RenderArgs {
     pub turntable: Option<u32>,
 
     #[command(flatten)]
+    pub engine: EngineArgs,
+    #[command(flatten)]
     pub picture: PictureArgs,
     #[command(flatten)]
     pub stop: StopArgs,
@@ -189,6 +204,27 @@ pub(crate) struct RenderArgs {
     pub keep: KeepArgs,
     #[command(flatten)]
     pub run: RunArgs,
+}
+
+/// On which machines.
+#[derive(Args, Debug, Clone, Default)]
+#[command(next_help_heading = "Many machines")]
+pub(crate) struct EngineArgs {
+    /// Render on an engine that others keep, to the bytes of a render here; needs the Python package
+    #[arg(long, value_name = "NAME")]
+    pub engine: Option<Engine>,
+
+    /// Where the engine is [default: the one that runs here, or else one is started for this render]
+    #[arg(long, value_name = "HOST:PORT", requires = "engine")]
+    pub address: Option<String>,
+
+    /// In how many parts [default: four for each core there is]
+    #[arg(long, value_name = "N", requires = "engine", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub parts: Option<u32>,
+
+    /// Keep finished parts in DIR: the same command goes on with them [default: a folder named by scene and settings beside the picture]
+    #[arg(long, value_name = "DIR", requires = "engine", value_hint = ValueHint::DirPath)]
+    pub spill: Option<PathBuf>,
 }
 
 /// Where the picture goes.
@@ -214,6 +250,24 @@ pub(crate) struct OutputArgs {
     /// Write .exr with 16-bit floats: half the size, three digits
     #[arg(long)]
     pub half: bool,
+}
+
+impl OutputArgs {
+    /// The options that write pictures in the same way, each with a space before it.
+    pub fn as_typed(&self) -> String {
+        let mut out = match self.exposure {
+            ExposureArg::Stops(0.0) => String::new(),
+            ExposureArg::Stops(stops) => format!(" --exposure {stops}"),
+            ExposureArg::Auto => " --exposure auto".into(),
+        };
+        if let Some(curve) = self.tonemap.to_possible_value() {
+            out += &format!(" --tonemap {}", curve.get_name());
+        }
+        if self.half {
+            out += " --half";
+        }
+        out
+    }
 }
 
 /// What decides the picture, besides the scene: `trace` needs the same to replay a path.

@@ -11,6 +11,8 @@ mod console;
 mod counting;
 mod cryptomatte;
 mod denoise;
+pub mod embed;
+mod engine;
 mod face;
 mod failure;
 mod hashing;
@@ -29,6 +31,7 @@ mod progress;
 mod render;
 mod selftest;
 mod stop;
+mod submit;
 mod technique_args;
 mod tev;
 mod trace;
@@ -55,7 +58,8 @@ struct Readme;
 /// compared images differ, 2 the input is at fault, 3 the environment is, 130 interrupted.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let console = Console::new();
-    let cli = match Cli::try_parse_from(with_criterion(with_command(args.into_iter().collect()))) {
+    let words = with_criterion(with_command(args.into_iter().collect()));
+    let cli = match Cli::try_parse_from(words.iter().cloned()) {
         Ok(cli) => cli,
         Err(e) => {
             // Help and version are answers, not errors, and go to standard output. A closed pipe has read enough.
@@ -64,7 +68,9 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     let result = match &cli.command {
+        Command::Render(args) if args.engine.engine.is_some() => engine::run(words.get(2..).unwrap_or_default()),
         Command::Render(args) => render::run(args, &console),
+        Command::Submit(args) => submit::run(args, &console),
         Command::Selftest(args) => selftest::run_all(args, &console),
         Command::Merge(args) => merge::run(args, &console),
         Command::Check(args) => check::run(args, &console),

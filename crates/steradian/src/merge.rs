@@ -44,7 +44,7 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
     }
     let outputs = Outputs::prepare(&args.output, None, false)?;
     let parts = args.parts.iter().map(|p| keep::read(p)).collect::<Result<Vec<_>, _>>()?;
-    check(&args.parts, &parts)?;
+    check(&args.parts, &parts, false)?;
     let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
     let film = join(films[0].bounds, &films, parts[0].spp).map_err(|e| Failure::Input(e.to_string()))?;
     let elapsed: Duration = parts.iter().map(|p| p.elapsed).sum();
@@ -75,8 +75,8 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
     Ok(DONE)
 }
 
-/// Refuses parts that are not each exactly once of one and the same render.
-fn check(paths: &[PathBuf], parts: &[Snapshot]) -> Result<(), Failure> {
+/// Refuses parts that are not each exactly once of one and the same render; some may be missing if `partial`.
+pub(crate) fn check(paths: &[PathBuf], parts: &[Snapshot], partial: bool) -> Result<(), Failure> {
     let name = |i: usize| paths[i].display();
     let mut seen: BTreeMap<u32, usize> = BTreeMap::new();
     let (first, count) = (&parts[0], part_of(&parts[0]).count);
@@ -100,7 +100,7 @@ fn check(paths: &[PathBuf], parts: &[Snapshot]) -> Result<(), Failure> {
     }
     let missing: Vec<String> =
         (0..count).filter(|i| !seen.contains_key(i)).map(|i| format!("{}/{count}", i + 1)).collect();
-    if missing.is_empty() {
+    if missing.is_empty() || partial {
         return Ok(());
     }
     const SHOWN: usize = 12;

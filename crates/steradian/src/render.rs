@@ -197,7 +197,12 @@ fn write(
 }
 
 /// What decides which samples are taken. Where samples bring light to all pixels, none can be given to the noisy ones alone.
-fn goals(args: &RenderArgs, settings: &RenderSettings, share: Share, layers: &Layers) -> Result<Goals, Failure> {
+pub(crate) fn goals(
+    args: &RenderArgs,
+    settings: &RenderSettings,
+    share: Share,
+    layers: &Layers,
+) -> Result<Goals, Failure> {
     let goals = args.stop.goals(share, &args.output);
     let kind = settings.integrator.kind;
     if !kind.starts_at_lights() {
@@ -300,7 +305,7 @@ fn is_raw(world: &World) -> bool {
 
 /// Runs `f` without the words that a panic prints by itself: the renderer catches those of samples, and they are reported with
 /// what is needed to replay them. A panic of the renderer itself goes on, and is printed then.
-fn quietly<T>(f: impl FnOnce() -> T) -> T {
+pub(crate) fn quietly<T>(f: impl FnOnce() -> T) -> T {
     type Hook = Box<dyn Fn(&std::panic::PanicHookInfo<'_>) + Sync + Send + 'static>;
     struct Restore(Mutex<Option<Hook>>);
     impl Drop for Restore {

@@ -1,0 +1,125 @@
+"""Two nodes on this machine: merged pictures have the bytes of local ones, whatever dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import steradian
+from steradian import distributed
+
+ray = pytest.importorskip("ray")
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[object]:
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    cluster.add_node(num_cpus=1)
+    yield cluster
+    cluster.shutdown()
+
+
+def test_round_shards_cover_what_is_new() -> None:
+    from fractions import Fraction
+
+    for first, end in [(0, 32), (32, 48), (48, 64), (64, 96), (96, 128), (128, 192)]:
+        for most in (1, 3, 8, 100):
+            at = Fraction(first)
+            for shard in distributed._round_shards(first, end, most):
+                i, n = map(int, shard.split("/"))
+                assert Fraction(end * (i - 1), n) == at
+                at = Fraction(end * i, n)
+            assert at == end
+
+
+def test_parts_join_to_the_whole(box: steradian.Scene) -> None:
+    words = ["--spp=8", "--threads=1"]
+    parts = [box._native.part([*words, f"--shard={i}/3"], True) for i in (1, 2, 3)]
+    image = distributed._joined(parts[::-1])[0]
+    assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=8)))
+    some, complete, _, _ = distributed._joined(parts[:2], partial=True)
+    assert complete == pytest.approx(2 / 3, abs=0.15) and np.asarray(some).mean() > 0
+    with pytest.raises(steradian.InputError, match="missing"):
+        distributed._joined(parts[:2])
+
+
+def test_two_nodes(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    seen: list[steradian.Image] = []
+    image = distributed.render(
+        box, spp=32, parts=6, address=cluster.address, spill=tmp_path, preview=seen.append  # type: ignore[attr-defined]
+    )
+    assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=32)))
+    assert not list(tmp_path.rglob("*.part")), "what is merged is not kept"
+
+
+def test_an_error_goal_ends_where_it_does_here(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    image = distributed.render(box, error=0.25, spp=512, parts=2, address=cluster.address, spill=tmp_path)  # type: ignore[attr-defined]
+    here = box.render(error=0.25, spp=512, no_adaptive=True)
+    assert here.outcome == "error reached"
+    assert np.array_equal(np.asarray(image), np.asarray(here))
+
+
+def test_a_worker_that_is_killed_loses_nothing(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def kill(_: float) -> None:
+        if not killed:
+            me = os.getpid()
+            listing = subprocess.run(["ps", "-eo", "pid,args"], capture_output=True, text=True, check=True).stdout
+            for line in listing.splitlines():
+                pid, _, command = line.strip().partition(" ")
+                if "ray::_render_part" in command and int(pid) != me:
+                    os.kill(int(pid), signal.SIGKILL)
+                    killed.append(int(pid))
+                    return
+
+    image = distributed.render(
+        box, spp=2048, parts=4, address=cluster.address, spill=tmp_path, progress=kill  # type: ignore[attr-defined]
+    )
+    assert killed, "there was a worker to kill"
+    assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=2048)))
+
+
+def test_errors_of_a_part_come_through(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    with pytest.raises(steradian.InputError, match="does not tell"):
+        distributed.render(
+            box, integrator="normals", aovs=["direct"], address=cluster.address, spill=tmp_path  # type: ignore[attr-defined]
+        )
+    with pytest.raises(steradian.InputError, match="time"):
+        distributed.render(box, time=3)
+
+
+def test_a_driver_that_is_killed_is_continued(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    text = (
+        "import sys, steradian\nfrom steradian import distributed\n"
+        "scene = steradian.load()\n"
+        "distributed.render(scene, spp=64, size=(96, 60), parts=8, address=sys.argv[1], spill=sys.argv[2])\n"
+    )
+    driver = subprocess.Popen([sys.executable, "-c", text, cluster.address, str(tmp_path)])  # type: ignore[attr-defined]
+    end = time.monotonic() + 120
+    while not list(tmp_path.rglob("0*.part")) and time.monotonic() < end and driver.poll() is None:
+        time.sleep(0.02)
+    driver.send_signal(signal.SIGKILL)
+    driver.wait()
+    kept = len(list(tmp_path.rglob("0*.part")))
+    assert 0 < kept, "there were parts to go on with"
+    fractions: list[float] = []
+    image = distributed.render(
+        None,
+        spp=64,
+        size=(96, 60),
+        parts=8,
+        address=cluster.address,  # type: ignore[attr-defined]
+        spill=tmp_path,
+        progress=fractions.append,
+    )
+    assert fractions[0] >= kept / 8
+    assert np.array_equal(np.asarray(image), np.asarray(steradian.render(spp=64, size=(96, 60))))
