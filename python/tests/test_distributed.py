@@ -82,10 +82,10 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: object, box: steradian.S
                     return
 
     image = distributed.render(
-        box, spp=2048, parts=4, address=cluster.address, spill=tmp_path, progress=kill  # type: ignore[attr-defined]
+        box, spp=512, parts=4, address=cluster.address, spill=tmp_path, progress=kill  # type: ignore[attr-defined]
     )
     assert killed, "there was a worker to kill"
-    assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=2048)))
+    assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=512)))
 
 
 def test_errors_of_a_part_come_through(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
