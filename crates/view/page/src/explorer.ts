@@ -227,7 +227,8 @@ export class Explorer {
 
   private event(event: PathEvent, vertex: number): HTMLElement {
     if (event.event === "vertex") {
-      return el("li", {}, `${vertex}  ${event.material || "surface"}`, el("small", {}, `${event.lobe} · throughput ${event.throughput.map((t) => digits(num(t))).join(" ")}`));
+      const material = event.material ? `material ${event.material} · ` : "";
+      return el("li", {}, `${vertex}  ${event.lobe}`, el("small", {}, `${material}throughput ${event.throughput.map((t) => digits(num(t))).join(" ")}`));
     }
     if (event.event === "bounce") {
       const how = event.specular ? (event.transmission ? "refracted" : "mirrored") : event.transmission ? "scattered through" : "scattered";

@@ -52,6 +52,8 @@ class Page {
   private readonly link: Link;
   private readonly first = address.read(location.hash);
   private begun = false;
+  /** The camera is the scene's again, and where that is comes with the next state. */
+  private stale = false;
   /** The newest frame that has come, and that the server knows of. */
   private taken = 0;
   private acknowledged = 0;
@@ -153,9 +155,9 @@ class Page {
       if (kept[0]) this.send();
       void this.findPivot();
     }
-    const settled = performance.now() - this.sentAt > 350;
-    if (settled) this.takeOptions(state);
-    else setTimeout(() => this.state === state && this.takeOptions(state), 400);
+    if (this.answers(state)) this.takeOptions(state);
+    // Whatever became of what was said, in the end the server's word holds.
+    else setTimeout(() => this.state === state && !this.sending && this.takeOptions(state), 5000);
     if (state.panes.length !== before?.panes.length) {
       if (state.panes.length < 2) this.side = 0;
       this.pictures[1] = new Picture();
@@ -166,6 +168,15 @@ class Page {
     this.redraw();
   }
 
+  /** Whether a state is of after what this page said last; older ones would undo it. */
+  private answers(state: State): boolean {
+    if (this.sending) return false;
+    if (state.refused !== null || performance.now() - this.sentAt > 5000) return true;
+    const same = (options: Options, i: number): boolean => Object.entries(options).every(([name, value]) => state.panes[i]?.options[name] === value);
+    const names = (options: Options | undefined): string => Object.keys(options ?? {}).filter((n) => n !== "sampler").sort().join();
+    return state.panes.length === this.options.length && this.options.every((o, i) => same(o, i) && names(o) === names(state.panes[i]?.options));
+  }
+
   private takeOptions(state: State): void {
     const next = state.panes.map((p) => p.options);
     if (state.refused === null && JSON.stringify(next) !== JSON.stringify(this.options)) {
@@ -173,6 +184,10 @@ class Page {
       const camera = state.panes[0]?.camera;
       if (camera) this.camera.adopt(camera, this.options[0]!, null);
       this.fill();
+    }
+    if (this.stale) {
+      this.stale = false;
+      void this.findPivot();
     }
     this.keepAddress();
   }
@@ -424,7 +439,7 @@ class Page {
     const typed = this.options[0]?.["look-at"]?.split(",").map(Number);
     if (typed?.length === 9) {
       [this.camera.eye, this.camera.target, this.camera.up] = [typed.slice(0, 3), typed.slice(3, 6), typed.slice(6)] as [Camera["eye"], Camera["eye"], Camera["eye"]];
-    } else this.sentAt = 0;
+    } else this.stale = true;
   }
 
   private move(how: () => void): void {
@@ -657,8 +672,8 @@ class Page {
       this.grab();
       this.remember();
       for (const options of this.options) for (const name of OF_THE_CAMERA) delete options[name];
+      this.stale = true;
       this.send();
-      setTimeout(() => void this.findPivot(), 450);
     });
     on("copy-pbrt", "click", () => void this.link.ask<string>({ type: "pbrt", pane: 0 }).then((text) => copy(text, "Camera")).catch((e: Error) => toast(e.message)));
     on("options-reset", "click", () => {

@@ -73,12 +73,14 @@ export async function browse() {
 export async function open(browser, url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: "reduce", ...options });
   const page = await context.newPage();
+  page.setDefaultTimeout(60_000);
+  page.setDefaultNavigationTimeout(90_000);
   const complaints = [];
   page.on("console", (m) => ["error", "warning"].includes(m.type()) && complaints.push(m.text()));
   page.on("pageerror", (e) => complaints.push(String(e)));
   // While the page is written: files of a fresh build instead of those in the binary.
   if (process.env.PAGE_FRESH) {
-    for (const [file, type] of [["page.js", "text/javascript"], ["page.css", "text/css"], ["", "text/html"]]) {
+    for (const [file, type] of [["page.js", "text/javascript"], ["page.css", "text/css"], ["icon.svg", "image/svg+xml"], ["", "text/html"]]) {
       await page.route(
         (u) => u.pathname === `/${file}`,
         async (route) => {
@@ -94,7 +96,7 @@ export async function open(browser, url, options = {}) {
 }
 
 /** Waits until `f`, run in the page, gives something. */
-export const until = (page, f, arg, timeout = 20_000) => page.waitForFunction(f, arg, { timeout, polling: 50 });
+export const until = (page, f, arg, timeout = 40_000) => page.waitForFunction(f, arg, { timeout, polling: 50 });
 
 /** Waits for the whole picture. */
 export const whole = (page, pane = 0) => until(page, (p) => window.steradian?.whole(p), pane, 60_000);
