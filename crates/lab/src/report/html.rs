@@ -146,7 +146,7 @@ fn table(t: &Table) -> String {
         })
         .collect();
     format!(
-        "<div class=\"scroll\"><table><caption>{}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>",
+        "<figure><figcaption>{}</figcaption><div class=\"scroll\"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div></figure>",
         escape(&t.caption)
     )
 }

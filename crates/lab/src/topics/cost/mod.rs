@@ -152,7 +152,11 @@ fn tables(e: &mut Experiment, counted: &[Counted]) {
     );
     counted.iter().for_each(|c| table.row(c.row()));
     e.table(table);
-    let points = |f: &dyn Fn(&Counted) -> f64| counted.iter().map(|c| (c.predicted, f(c))).collect();
+    let points = |f: &dyn Fn(&Counted) -> f64| {
+        let mut points: Vec<_> = counted.iter().map(|c| (c.predicted, f(c))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
     e.figure(
         Figure::new(
             "model",
