@@ -317,7 +317,7 @@ fn estimators() -> Vec<(String, IntegratorKind, Techniques)> {
 
 /// Mean of the picture by each estimator, over independent pictures, against that of the default.
 fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
-    let size = [12, 12];
+    let size = setting.effort.pick([8, 8], [12, 12], [12, 12]);
     let repeats = setting.effort.pick(24usize, 48, 96);
     let spp = setting.effort.pick(16u32, 16, 144);
     let mean = |p: &[Rgb]| p.iter().map(|c| paint::luminance(*c)).sum::<f64>() / p.len() as f64;
