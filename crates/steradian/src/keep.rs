@@ -109,7 +109,8 @@ fn fields(settings: &RenderSettings) -> BTreeMap<String, String> {
             *all += value;
         }
     }
-    values.retain(|name, _| !NAMED.contains(&name.as_str()));
+    // Tables of filters follow from their kind.
+    values.retain(|name, _| !NAMED.contains(&name.as_str()) && !name.starts_with("filter.tables"));
     for value in values.values_mut().filter(|v| v.len() > LONGEST) {
         *value = blake3::hash(value.as_bytes()).to_hex()[..32].to_owned();
     }
