@@ -7,6 +7,7 @@
 use crate::lobe_sampling;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
+use crate::subsurface::{self, Exit};
 use steradian_bsdf::{Bsdf, Lobe, Lobes};
 use steradian_math::{Ray, RayDifferential, Vec3};
 use steradian_sampling::mis::{balance_heuristic, power_heuristic};
@@ -123,22 +124,14 @@ impl SwitchedPath {
                 });
             }
             walk.depth += 1;
-            let context = LightContext::of_surface(&surface, &shading.frame);
-            // Without weights between them, light sampling must find all there is.
-            let weighted = self.techniques.mis != MisHeuristic::None;
-            let here = Here {
-                surface: &surface,
-                shading: &shading,
-                context: if weighted { context.beside_lobes() } else { context },
-                wo: shading.frame.to_local(-walk.ray.d),
-            };
+            let here = self.vertex(&surface, &shading, shading.frame.to_local(-walk.ray.d));
             let spread = shading.bsdf.flags().is_non_specular();
             let parts = if walk.depth == 1 && spread { self.techniques.split } else { 1 };
             if self.techniques.light_sampling {
                 self.add_light(&walk, &here, parts as f32, radiance, world, wavelengths, numbers, record);
             }
             if parts == 1 {
-                match self.scatter(&walk, &here, 1.0, numbers, record) {
+                match self.scatter(&walk, &here, 1.0, radiance, world, wavelengths, numbers, record) {
                     Some(next) => walk = next,
                     None => {
                         record.path(walk.depth);
@@ -147,7 +140,8 @@ impl SwitchedPath {
                 }
             } else {
                 for _ in 0..parts {
-                    if let Some(next) = self.scatter(&walk, &here, parts as f32, numbers, record) {
+                    let next = self.scatter(&walk, &here, parts as f32, radiance, world, wavelengths, numbers, record);
+                    if let Some(next) = next {
                         self.follow(next, radiance, world, wavelengths, numbers, record);
                     } else {
                         record.path(walk.depth);
@@ -256,15 +250,83 @@ impl SwitchedPath {
         lobe_sampling::eval_and_pdf(self.techniques.lobe_sampling, bsdf, wo, wi)
     }
 
-    /// One of `parts` continuations of the path; `None` if it ends here.
+    fn vertex<'a>(&self, surface: &'a Surface, shading: &'a Shading<'a>, wo: Vec3) -> Here<'a> {
+        let context = LightContext::of_surface(surface, &shading.frame);
+        // Without weights between them, light sampling must find all there is.
+        let weighted = self.techniques.mis != MisHeuristic::None;
+        Here { surface, shading, context: if weighted { context.beside_lobes() } else { context }, wo }
+    }
+
+    /// One of `parts` continuations of the path; `None` if it ends here. Light that goes in and comes out elsewhere is added
+    /// there.
     fn scatter<N: Numbers, R: Record>(
+        &self,
+        walk: &Walk,
+        here: &Here<'_>,
+        parts: f32,
+        radiance: &mut Lanes,
+        world: &World,
+        wavelengths: &Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) -> Option<Walk> {
+        let (mut next, mut bounce) = self.draw(walk, here, parts, numbers, record)?;
+        // What goes into something translucent comes out elsewhere, and goes on from there.
+        if bounce.transmission
+            && world.has_subsurface()
+            && let Some(inside) = world.subsurface(here.surface, wavelengths)
+        {
+            let at = (here.surface, &here.shading.frame);
+            let Exit { surface, frame, bsdf, weight } =
+                subsurface::exit(world, at, &inside, wavelengths, numbers, record)?;
+            next.beta *= weight;
+            if R::DETAILED {
+                record.bounce(bounce);
+                record.vertex(Vertex {
+                    depth: walk.depth,
+                    p: surface.p,
+                    n: frame.normal(),
+                    material: world.material_name(&surface),
+                    lobe: bsdf.name().to_owned(),
+                    throughput: next.beta,
+                });
+            }
+            let shading = Shading { frame, bsdf };
+            let there = self.vertex(&surface, &shading, shading.frame.to_local(surface.wo));
+            if self.techniques.light_sampling {
+                self.add_light(&next, &there, 1.0, radiance, world, wavelengths, numbers, record);
+            }
+            next.differential = None;
+            // Coming out undoes the scaling of radiance by going in.
+            next.eta_scale = walk.eta_scale;
+            (next, bounce) = self.draw(&next, &there, 1.0, numbers, record)?;
+        }
+        let u_roulette = numbers.one(Domain::Other);
+        bounce.survival = match self.techniques.roulette {
+            Some(threshold) if next.depth > 1 => ((next.beta * next.eta_scale).max_component() / threshold).min(1.0),
+            _ => 1.0,
+        };
+        if R::DETAILED {
+            record.bounce(bounce);
+        }
+        if bounce.survival < 1.0 {
+            if u_roulette >= bounce.survival {
+                return None;
+            }
+            next.beta *= 1.0 / bounce.survival;
+        }
+        Some(next)
+    }
+
+    /// One of `parts` directions from a vertex.
+    fn draw<N: Numbers, R: Record>(
         &self,
         walk: &Walk,
         here: &Here<'_>,
         parts: f32,
         numbers: &mut N,
         record: &mut R,
-    ) -> Option<Walk> {
+    ) -> Option<(Walk, Bounce)> {
         let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
         let Shading { frame, bsdf } = here.shading;
         let sample = lobe_sampling::sample(self.techniques.lobe_sampling, bsdf, here.wo, u_lobe, u_direction)?;
@@ -274,7 +336,8 @@ impl SwitchedPath {
         let differential =
             walk.differential.and_then(|d| here.surface.scattered_differential(&walk.ray, &d, frame, wi, &sample));
         let weight = if parts == 1.0 { sample.weight } else { sample.weight * (1.0 / parts) };
-        let mut next = Walk {
+        record.ray(RayKind::Scattered);
+        let next = Walk {
             ray: here.surface.spawn_ray(wi),
             differential,
             beta: walk.beta * weight,
@@ -285,21 +348,6 @@ impl SwitchedPath {
             previous: (self.techniques.light_sampling && !specular).then_some(here.context),
             any_non_specular: walk.any_non_specular || !specular,
         };
-        record.ray(RayKind::Scattered);
-        let u_roulette = numbers.one(Domain::Other);
-        let survival = match self.techniques.roulette {
-            Some(threshold) if next.depth > 1 => ((next.beta * next.eta_scale).max_component() / threshold).min(1.0),
-            _ => 1.0,
-        };
-        if R::DETAILED {
-            record.bounce(Bounce { direction: wi, pdf: sample.pdf, weight, specular, transmission, survival });
-        }
-        if survival < 1.0 {
-            if u_roulette >= survival {
-                return None;
-            }
-            next.beta *= 1.0 / survival;
-        }
-        Some(next)
+        Some((next, Bounce { direction: wi, pdf: sample.pdf, weight, specular, transmission, survival: 1.0 }))
     }
 }

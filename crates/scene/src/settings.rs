@@ -138,6 +138,8 @@ impl IntegratorSettings {
     /// The first thing that is wrong.
     pub fn check(&self, lights: &LightCensus) -> Result<(), SettingsError> {
         match &self.kind {
+            // Among media the switches are not read.
+            IntegratorKind::VolPath if lights.media => Ok(()),
             IntegratorKind::Path | IntegratorKind::VolPath => self.techniques.check(lights),
             IntegratorKind::Whitted(w) => w.check(),
             IntegratorKind::Distribution(d) => d.check(),

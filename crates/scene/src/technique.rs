@@ -155,6 +155,8 @@ pub struct LightCensus {
     pub unsampled: bool,
     /// Whether anything is translucent.
     pub subsurface: bool,
+    /// Whether there are participating media.
+    pub media: bool,
 }
 
 impl LightCensus {

@@ -13,9 +13,11 @@ use steradian_scene::{
 
 const BRANCHES: std::ops::RangeInclusive<i64> = 1..=MOST_BRANCHES as i64;
 
-/// How light is estimated. Every combination has the same expectation, and its own noise and cost.
+/// How light is estimated. Every combination of the switches of path tracing has the same expectation, and its own noise and cost.
 #[derive(Args, Debug, Clone, Default, PartialEq)]
-#[command(next_help_heading = "Technique (the lecture's switches; all lead to the same picture, with other noise)")]
+#[command(
+    next_help_heading = "Technique (the lecture's switches; those down to --split lead to the same picture, with other noise)"
+)]
 pub(crate) struct TechniqueArgs {
     /// Send a ray to a lamp at each hit (next-event estimation)
     #[arg(long, value_name = "on|off")]

@@ -40,7 +40,8 @@ fn introduction(report: &Report) -> String {
     let mut out = format!(
         "<p>Every idea of Brian Curless’s lecture <em>Anti-aliasing and Monte Carlo Path Tracing</em> (CSE 557, 2017) as an \
          experiment, and every claim as a number. A claim holds if the measured value lies in the stated interval, which is \
-         drawn around the prediction so that a true claim fails once in ten million runs. The numbers are in \
+         drawn around the prediction so that a true claim fails once in ten million runs; where the claim is “at least” or “at \
+         most”, the prediction is that bound. The numbers are in \
          <code>csv/</code> and <code>report.json</code>, the pictures in <code>images/</code>.</p>\
          <p class=\"summary\"><span class=\"{class}\">{held} of {all} claims hold</span><span class=\"soft\">effort: {}</span>\
          <span class=\"soft\">seed {}</span><span class=\"soft\">{seconds:.0} s</span></p><nav><ol>",
@@ -102,7 +103,9 @@ fn chapter(section: &Section, setting: &Setting) -> Result<String, Error> {
     out.push_str(&claims(&e.claims));
     if !e.answers.is_empty() {
         out.push_str("<h3>Questions of the slides</h3>");
-        for a in &e.answers {
+        let mut answers: Vec<_> = e.answers.iter().collect();
+        answers.sort_by_key(|a| a.question);
+        for a in answers {
             let question = QUESTIONS.iter().find(|q| q.number == a.question).map_or("", |q| q.text);
             let _ = write!(out, "<p><strong>{}. {}</strong> {}</p>", a.question, escape(question), escape(&a.text));
         }
@@ -143,7 +146,7 @@ fn table(t: &Table) -> String {
         })
         .collect();
     format!(
-        "<div class=\"scroll\"><table><caption>{}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>",
+        "<figure><figcaption>{}</figcaption><div class=\"scroll\"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div></figure>",
         escape(&t.caption)
     )
 }

@@ -9,7 +9,7 @@ use plotters::prelude::*;
 /// Drawn large and scaled by the page, so that whole pixels are fine enough.
 const SIZE: (u32, u32) = (1040, 640);
 /// Series colours of the style sheet.
-pub const COLOURS: usize = 8;
+pub const COLOURS: usize = 12;
 
 /// The plot as an `svg` element.
 ///

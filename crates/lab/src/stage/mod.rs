@@ -11,10 +11,11 @@ pub use vertex::{Vertex, Weights, add, scaled};
 
 use crate::measure::ErrorAt;
 use crate::parallel;
+use std::sync::atomic::AtomicBool;
 use steradian_image::Image;
 use steradian_integrator::Scratch;
 use steradian_integrator::record::{Counters, RayCounts, Record};
-use steradian_render::PixelSampler;
+use steradian_render::{PixelSampler, Plan};
 use steradian_sampling::{Randomization, Sampler, SamplerKind, SamplerSettings};
 use steradian_scene::World;
 
@@ -79,6 +80,14 @@ pub fn render_counted(world: &World, kind: SamplerKind, spp: u32, seed: u64, thr
         value
     };
     (all.into_iter().map(keep).collect(), rays)
+}
+
+/// The picture of the world's own integrator and sampler as the renderer makes it, light that lands on other pixels included,
+/// with its rays.
+pub fn render_film(world: &World, threads: usize) -> (Vec<Rgb>, RayCounts) {
+    let plan = Plan { spp: world.settings().sampler.spp, threads, time_limit: None };
+    let rendered = steradian_render::render(world, &plan, &steradian_render::Quiet, &AtomicBool::new(false));
+    (rendered.film.mean(), rendered.rays)
 }
 
 /// Rays, tests of boxes and tests of primitives that the world's own integrator takes.

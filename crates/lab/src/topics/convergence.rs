@@ -5,8 +5,11 @@ use super::prelude::*;
 use crate::claim::t_limit_of;
 use crate::stage::{Builder, Rgb};
 use std::time::Instant;
+use steradian_integrator::record::RayCounts;
+use steradian_sampling::SamplerSettings;
 use steradian_scene::{
-    Distribution, IntegratorKind, LobeSampling, MisHeuristic, Stratification, Stratify, Techniques, Whitted, World,
+    Bidirectional, Distribution, IntegratorKind, LobeSampling, MisHeuristic, Stratification, Stratify, Techniques,
+    Whitted, World,
 };
 
 const TOPIC: Topic = Topic::Convergence;
@@ -21,25 +24,37 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
         "Ray tracing amounts to estimating a multi-dimensional integral at each pixel: over the pixel area, the aperture, each light source \
          and all diffuse and glossy reflections (recursively).",
         "One closed room, three bounces deep, by every integrator and with every technique switched on and off: relMSE against a converged \
-         path-traced picture, over all rays traced (camera, shadow and scattered) and over time. Then every valid combination of light \
-         sampling, lobe sampling and weights is tested for the same mean.",
+         path-traced picture, over all rays traced (from the camera, from lamps, and between vertices) and over time. Then every valid \
+         combination of light sampling, lobe sampling and weights, brute force, and paths from the lamps are tested for the same mean.",
     );
     let line = curves(&mut e, setting)?;
     let worst = matrix(&mut e, setting)?;
     e.result = format!(
-        "{line} The {} combinations of switches agree in the mean: the largest deviation is {worst:.1} standard errors.",
-        combinations().len()
+        "{line} All {} ways of estimating the light agree in the mean: the largest deviation is {worst:.1} standard errors.",
+        estimators().len()
     );
     Ok(e)
 }
 
-fn world(size: [u32; 2], kind: IntegratorKind, techniques: Techniques, spp: u32) -> Result<World, Error> {
-    let mut b = stage::room(size, DEPTH);
+const BDPT: IntegratorKind = IntegratorKind::Bdpt(Bidirectional { strategy: None, unweighted: false });
+
+/// A room that is to be seen by an integrator.
+fn seen_by(mut b: Builder, kind: IntegratorKind, techniques: Techniques, spp: u32, seed: u64) -> Result<World, Error> {
     b.scene.settings.integrator.kind = kind;
     b.scene.settings.integrator.techniques = techniques;
-    // The domains that ask for a grid of their own take its size from here.
+    // Domains that ask for a grid of their own, and the renderer itself, take their numbers from here.
     b.scene.settings.sampler.spp = spp;
+    b.scene.settings.sampler.seed = seed;
     Ok(b.build()?)
+}
+
+/// The picture and its rays. Light that paths from lamps bring to other pixels is gathered by the renderer alone.
+fn picture(world: &World, sampler: SamplerKind, threads: usize) -> (Vec<Rgb>, RayCounts) {
+    let SamplerSettings { spp, seed, .. } = world.settings().sampler;
+    if world.settings().integrator.kind.starts_at_lights() {
+        return stage::render_film(world, threads);
+    }
+    stage::render_counted(world, sampler, spp, seed, threads)
 }
 
 struct Curve {
@@ -75,6 +90,14 @@ fn all_curves() -> Vec<Curve> {
         ),
         path("path, no roulette", independent, Techniques { roulette: None, ..t }),
         path("path, split 4", independent, Techniques { split: 4, ..t }),
+        Curve { name: "bidirectional", kind: BDPT, techniques: t, sampler: independent, same: true },
+        Curve {
+            name: "light paths only",
+            kind: IntegratorKind::LightPath,
+            techniques: t,
+            sampler: independent,
+            same: true,
+        },
         Curve {
             name: "distribution, s = r = 2",
             kind: IntegratorKind::Distribution(brute),
@@ -107,10 +130,9 @@ impl Measured {
     fn of(c: &Curve, size: [u32; 2], counts: &[u32], truth: &[Rgb], setting: &Setting) -> Result<Self, Error> {
         let mut out = Self { points: Vec::new(), times: Vec::new(), shown: Vec::new(), rays_per_sample: 0.0 };
         for &spp in counts {
-            let w = world(size, c.kind, c.techniques, spp)?;
+            let w = seen_by(stage::room(size, DEPTH), c.kind, c.techniques, spp, setting.seed_for(TOPIC, 1))?;
             let start = Instant::now();
-            let (picture, rays) =
-                stage::render_counted(&w, c.sampler, spp, setting.seed_for(TOPIC, 1), setting.threads);
+            let (picture, rays) = picture(&w, c.sampler, setting.threads);
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
             let mut at = stage::error_at(f64::from(spp), &picture, truth, true);
             at.n = rays.total() as f64 / f64::from(size[0] * size[1]);
@@ -147,7 +169,7 @@ impl Measured {
         let what = format!("{}: slope of relMSE over rays", c.name);
         let independent = c.sampler == SamplerKind::Independent
             && c.techniques.stratify == Stratify::default()
-            && c.kind == IntegratorKind::Path;
+            && !matches!(c.kind, IntegratorKind::Distribution(_));
         match (c.same, independent) {
             (true, true) => Claim::falls(TOPIC, what, -1.0, &self.points),
             (true, false) => Claim::falls_faster(TOPIC, what, -0.75, &self.points),
@@ -164,10 +186,10 @@ impl Measured {
 fn curves(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([20, 20], [48, 48], [128, 128]);
     let width = size[0] as usize;
-    let reference = world(size, IntegratorKind::Path, Techniques::default(), 1)?;
-    let reference_spp = setting.effort.pick(1_024, 1_024, 4_096);
+    let spp = setting.effort.pick(1_024, 1_024, 4_096);
     let seed = setting.seed_for(TOPIC, 1) ^ 9;
-    let truth = stage::render_counted(&reference, SamplerKind::PaddedSobol, reference_spp, seed, setting.threads).0;
+    let reference = seen_by(stage::room(size, DEPTH), IntegratorKind::Path, Techniques::default(), spp, seed)?;
+    let truth = picture(&reference, SamplerKind::PaddedSobol, setting.threads).0;
     let counts: &[u32] = setting.effort.pick(&[4, 16, 36], &[4, 16, 64], &[4, 16, 64, 256]);
     let mut by_rays = Figure::new(
         "rays",
@@ -227,7 +249,7 @@ fn combinations() -> Vec<(String, Techniques)> {
         ] {
             let light =
                 if light_sampling { format!("light sampling, MIS {mis:?}") } else { "no light sampling".into() };
-            let name = format!("{lobe_sampling:?} directions, {light}").to_lowercase();
+            let name = format!("{lobe_sampling:?} directions, {light}").to_lowercase().replace("mis", "MIS");
             all.push((name, Techniques { light_sampling, lobe_sampling, mis, ..t }));
         }
     }
@@ -240,13 +262,17 @@ fn combinations() -> Vec<(String, Techniques)> {
     ] {
         all.push((name.into(), extra));
     }
-    for kind in [Stratification::None, Stratification::Jittered, Stratification::LowDiscrepancy] {
+    for (kind, word) in [
+        (Stratification::None, "none"),
+        (Stratification::Jittered, "jittered"),
+        (Stratification::LowDiscrepancy, "low-discrepancy"),
+    ] {
         for (name, domain) in DOMAINS {
             let mut stratify = Stratify::all(Stratification::None);
             *domain(&mut stratify) = kind;
             // Without any stratification there is one row, not one for each domain.
             if kind != Stratification::None {
-                all.push((format!("{name} {kind:?}, the others not").to_lowercase(), Techniques { stratify, ..t }));
+                all.push((format!("{name} {word}, the others not stratified"), Techniques { stratify, ..t }));
             } else if name == "pixel" {
                 all.push(("no domain stratified".into(), Techniques { stratify, ..t }));
             }
@@ -277,22 +303,29 @@ fn room_in_motion(size: [u32; 2]) -> Builder {
     b
 }
 
-/// Mean of the picture for each combination, over independent pictures, against each other.
+/// All that is to have the mean of path tracing with its default switches.
+fn estimators() -> Vec<(String, IntegratorKind, Techniques)> {
+    let brute = Distribution { subpixels: 4, aperture: 1, light: 2, lobe: 1, time: 1, jitter: true };
+    let others = [
+        ("distribution, s = 2, r = 1", IntegratorKind::Distribution(brute)),
+        ("bidirectional", BDPT),
+        ("light paths only", IntegratorKind::LightPath),
+    ];
+    let others = others.map(|(name, kind)| (name.to_owned(), kind, Techniques::default()));
+    combinations().into_iter().map(|(name, t)| (name, IntegratorKind::Path, t)).chain(others).collect()
+}
+
+/// Mean of the picture by each estimator, over independent pictures, against that of the default.
 fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
-    let size = [12, 12];
+    let size = setting.effort.pick([8, 8], [12, 12], [12, 12]);
     let repeats = setting.effort.pick(24usize, 48, 96);
     let spp = setting.effort.pick(16u32, 16, 144);
     let mean = |p: &[Rgb]| p.iter().map(|c| paint::luminance(*c)).sum::<f64>() / p.len() as f64;
     let measure = |techniques: Techniques, kind: IntegratorKind, part: u64| -> Result<VarianceEstimator, Error> {
-        let repeated = parallel::map(setting.threads, repeats, |r| {
-            // Domains with grids of their own take their seed from the scene.
-            let mut b = room_in_motion(size);
+        let repeated: Vec<Result<f64, Error>> = parallel::map(setting.threads, repeats, |r| {
             let seed = setting.seed_for(TOPIC, 1_000 * part + r as u64);
-            b.scene.settings.integrator.kind = kind;
-            b.scene.settings.integrator.techniques = techniques;
-            b.scene.settings.sampler.spp = spp;
-            b.scene.settings.sampler.seed = seed;
-            b.build().map(|w| mean(&stage::render_counted(&w, SamplerKind::Independent, spp, seed, 1).0))
+            let w = seen_by(room_in_motion(size), kind, techniques, spp, seed)?;
+            Ok(mean(&picture(&w, SamplerKind::Independent, 1).0))
         });
         let mut all = VarianceEstimator::default();
         for value in repeated {
@@ -301,19 +334,15 @@ fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
         Ok(all)
     };
     let reference = measure(Techniques::default(), IntegratorKind::Path, 1)?;
-    let mut rows = combinations();
+    let rows = estimators();
     let mut table = Table::new(
         "matrix",
         format!("Mean of the picture over {repeats} independent pictures of {spp} samples."),
-        &["switches", "mean", "standard error", "deviation in standard errors"],
+        &["estimator", "mean", "standard error", "deviation in standard errors"],
     );
     let mut worst = 0.0f64;
-    let brute = Distribution { subpixels: 4, aperture: 1, light: 2, lobe: 1, time: 1, jitter: true };
-    rows.push(("distribution, s = 2, r = 1".into(), Techniques::default()));
-    let last = rows.len() - 1;
     let tests = rows.len() as u64;
-    for (i, (name, techniques)) in rows.into_iter().enumerate() {
-        let kind = if i == last { IntegratorKind::Distribution(brute) } else { IntegratorKind::Path };
+    for (i, (name, kind, techniques)) in rows.into_iter().enumerate() {
         let all = measure(techniques, kind, 2 + i as u64)?;
         let error = all.standard_error().hypot(reference.standard_error());
         let z = (all.mean() - reference.mean()) / error;

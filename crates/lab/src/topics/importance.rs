@@ -18,6 +18,7 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
     );
     let line = one_dimension(&mut e, setting);
     let equal = lobes(&mut e, setting)?;
+    furnace(&mut e, setting);
     e.result = format!(
         "{line} With directions drawn from the lobe, 100 rays per pixel have the error that takes {equal:.0} uniformly drawn rays."
     );
@@ -172,6 +173,37 @@ fn questions(e: &mut Experiment, variances: &[f64]) {
             "Because K = 1/∫f: whoever can normalise f knows the answer already. It works where it can be done (measured variance {:.0e}), and \
              the BRDF times the cosine is the part of the integrand for which it often can.",
             variances[3]
+        ),
+    );
+}
+
+/// A surface that reflects half of what comes from everywhere: what the slide's weight without importance sampling gives.
+fn furnace(e: &mut Experiment, setting: &Setting) {
+    let mut rng = Rng::new(setting.seed_for(TOPIC, 3), 0);
+    // f = 1/(2 pi), the radiance is 1, and the cosine of a uniform direction is uniform: the answer is 1/2.
+    let draws = setting.effort.pick(20_000, 200_000, 2_000_000);
+    let all: VarianceEstimator = (0..draws).map(|_| rng.f64() / std::f64::consts::TAU).collect();
+    let (bare, error) = (all.mean(), all.standard_error());
+    let whole = std::f64::consts::TAU * bare;
+    e.claim(Claim::equal(
+        TOPIC,
+        "albedo 1/2 under radiance 1: mean of f cos over uniform directions, 1/(4π)",
+        0.5 / std::f64::consts::TAU,
+        bare,
+        error,
+    ));
+    e.claim(Claim::equal(
+        TOPIC,
+        "… and over their density 1/(2π): the albedo",
+        0.5,
+        whole,
+        std::f64::consts::TAU * error,
+    ));
+    e.erratum(
+        "“Importance sampling of reflection”: without importance sampling, weight the result by f_r(ω_in, ω_out) (ω_in · N)",
+        format!(
+            "A uniform direction has a density too, 1/(2π), and the weight is f_r cos over it. A surface of albedo 1/2 under radiance 1 \
+             reflects 0.5: the weight of the slide measures {bare:.4}, 2π times it {whole:.4}."
         ),
     );
 }

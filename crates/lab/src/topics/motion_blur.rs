@@ -105,7 +105,8 @@ fn slopes(e: &mut Experiment, world: &World, exact: &[f64], setting: &Setting) -
     };
     let mut figure = Figure::new(
         "error",
-        "Rms error against the exact coverage over the rays per pixel.",
+        "Rms error against the exact coverage over the rays per pixel. Evenly spaced times that all pixels share leave the least, but what they \
+         leave is the edges of ghosts.",
         Axis::log("rays per pixel"),
         Axis::log("rms error"),
     );

@@ -263,7 +263,8 @@ fn splitting(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         [nearest / 2.0, nearest * 2.0],
     ));
     e.figure(
-        Figure::new("splitting", format!("Efficiency over the number of shadow rays for each camera ray. The two variances put the optimum at {optimum:.2}."), Axis::log("shadow rays per camera ray"), Axis::linear("efficiency 1/(V × rays)"))
+        Figure::new("splitting", format!("Efficiency over the number of shadow rays for each camera ray. The two variances put the optimum at {optimum:.2}. Measured efficiency lies above the model because camera rays that \
+             meet nothing need no shadow rays."), Axis::log("shadow rays per camera ray"), Axis::linear("efficiency 1/(V × rays)"))
             .with("measured", Mark::Dots, efficiency)
             .with("1/((V₁ + V₂/s)(1 + s))", Mark::Line, model),
     );

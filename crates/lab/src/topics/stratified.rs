@@ -34,14 +34,12 @@ fn patterns(e: &mut Experiment, setting: &Setting) {
     let pair = |id: &str, caption: &str| {
         Figure::new(id, caption, Axis::linear("x").from_to(0.0, 1.0), Axis::linear("y").from_to(0.0, 1.0))
     };
-    let mut grid =
-        pair("pattern-jittered", "16 samples, one in each of 4 × 4 cells.").with("samples", Mark::Dots, jittered);
-    for i in 1..4 {
-        let t = f64::from(i) / 4.0;
-        grid = grid.with(if i == 1 { "cells" } else { "" }, Mark::Dashed, vec![(t, 0.0), (t, 1.0), (t, 1.0)]);
-        grid = grid.with("", Mark::Dashed, vec![(0.0, t), (1.0, t)]);
-    }
-    grid.series.retain(|s| !s.points.is_empty());
+    // The lines between cells in one stroke, along the frame from one to the next.
+    let columns = [(0.25, 0.0), (0.25, 1.0), (0.5, 1.0), (0.5, 0.0), (0.75, 0.0), (0.75, 1.0), (1.0, 1.0)];
+    let rows = [(1.0, 0.75), (0.0, 0.75), (0.0, 0.5), (1.0, 0.5), (1.0, 0.25), (0.0, 0.25)];
+    let grid = pair("pattern-jittered", "16 samples, one in each of 4 × 4 cells.")
+        .with("samples", Mark::Dots, jittered)
+        .with("cells", Mark::Dashed, [&columns[..], &rows].concat());
     e.figure(pair("pattern-random", "16 samples at random: clumps and gaps.").with("samples", Mark::Dots, random));
     e.figure(grid);
 }

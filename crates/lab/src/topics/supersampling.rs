@@ -52,7 +52,12 @@ fn shown(e: &mut Experiment, size: usize) {
     );
     for k in [1u32, 2, 4, 8] {
         let values = sample(&triangle, size, |i, _| regular_2d(i, k, k), k * k);
-        pictures.push(paint::grey(&format!("k{k}"), format!("k = {k}: {} rays per pixel", k * k), size, &values));
+        pictures.push(paint::grey(
+            &format!("k{k}"),
+            format!("k = {k}: {} per pixel", if k == 1 { "1 ray".into() } else { format!("{} rays", k * k) }),
+            size,
+            &values,
+        ));
         let mut distinct: Vec<u32> = values.iter().map(|v| (v * f64::from(k * k)).round() as u32).collect();
         distinct.sort_unstable();
         distinct.dedup();

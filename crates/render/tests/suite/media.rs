@@ -7,7 +7,7 @@ use steradian_render::Rendered;
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
     Coefficients, Glow, IntegratorKind, Ior, Medium, MediumInterface, Primitive, Roughness, Scattering, Scene, Volume,
-    VoxelGrid,
+    VoxelGrid, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 use steradian_testkit::z_test;
@@ -214,4 +214,19 @@ fn without_media_there_is_only_path_tracing() {
     fill(&mut s, 0.0, homogeneous(grey(0.0, 0.0)));
     s.settings.sampler.seed = 7;
     check_same(&path, &run(s, 100), "empty medium");
+}
+
+/// Among media the switches of path tracing are not read: nothing is missing, and nothing is refused.
+#[test]
+fn light_sampling_is_not_a_switch_among_media() {
+    let mut s = empty(4, 1, 4, ColorMode::Rgb, SamplerKind::Independent);
+    let (intensity, scale) = white_light(1.0);
+    s.lights.push(steradian_scene::Light::Point { position: Point3::new(0.0, 2.0, 0.0), intensity, scale });
+    s.settings.integrator.techniques.light_sampling = false;
+    s.settings.integrator.kind = IntegratorKind::VolPath;
+    assert!(World::build(s.clone()).is_err());
+    fill(&mut s, 0.0, homogeneous(grey(0.1, 0.1)));
+    assert!(World::build(s.clone()).is_ok());
+    s.settings.integrator.kind = IntegratorKind::Path;
+    assert!(World::build(s).is_err());
 }

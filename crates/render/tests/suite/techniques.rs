@@ -8,7 +8,7 @@ use steradian_render::{PixelSampler, Plan, Quiet, Rendered, render};
 use steradian_sampling::{Sampler, SamplerKind};
 use steradian_scene::{
     Coat, Error, Ior, Light, LightSelection, LobeSampling, Metal, MisHeuristic, Roughness, Scattering, Scene,
-    SettingsError, Shape, Stratification, Stratify, Techniques, World,
+    SettingsError, Shape, Stratification, Stratify, Techniques, Translucency, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum};
 use steradian_testkit::{bonferroni, z_test};
@@ -43,6 +43,25 @@ pub fn room(size: u32, spp: u32, sampler: SamplerKind) -> Scene {
     let ball = s.primitives.len() - 2;
     s.primitives[ball].material = metal;
     s.primitives.push(sphere(0.45, Vec3::new(0.45, 1.25, 0.4), varnished));
+    s
+}
+
+/// The room with the metal ball replaced by one of wax, under a skin that is `alpha` rough.
+fn room_with_wax(size: u32, spp: u32, sampler: SamplerKind, alpha: f32) -> Scene {
+    let mut s = room(size, spp, sampler);
+    let alpha = float(&mut s, alpha);
+    let reflectance = spectrum(&mut s, Spectrum::rgb_albedo(ColorSpace::Srgb, [0.8, 0.6, 0.5]));
+    let mean_free_path = spectrum(&mut s, Spectrum::rgb_unbounded(ColorSpace::Srgb, [0.2, 0.1, 0.05]));
+    let wax = Scattering::Subsurface {
+        inside: Translucency::Reflectance { reflectance, mean_free_path },
+        scale: 1.0,
+        g: 0.0,
+        eta: 1.3,
+        roughness: Roughness { u: alpha, v: alpha, remap: false },
+    };
+    let wax = material(&mut s, wax);
+    let metal = s.primitives.len() - 3;
+    s.primitives[metal].material = wax;
     s
 }
 
@@ -138,6 +157,24 @@ fn every_combination_of_switches_has_the_same_expectation() {
     }
 }
 
+/// Light that comes out of a translucent body elsewhere is found by every combination.
+#[test]
+fn switches_see_below_surfaces() {
+    for alpha in [0.0, 0.4] {
+        let reference = run(room_with_wax(8, 1024, SamplerKind::PaddedSobol, alpha), 1024);
+        // Other directions through a rough skin are too noisy to show anything.
+        let quiet = |t: &Techniques| alpha == 0.0 || t.lobe_sampling == LobeSampling::Lobe;
+        let all: Vec<_> = combinations().into_iter().filter(quiet).step_by(5).collect();
+        for techniques in &all {
+            let spp = if techniques.light_sampling { 500 } else { 1000 };
+            let mut scene = room_with_wax(8, spp, SamplerKind::Independent, alpha);
+            scene.settings.sampler.seed = 79;
+            scene.settings.integrator.techniques = *techniques;
+            same_mean(&run(scene, spp), &reference, 2 * all.len() as u32, &format!("{alpha}: {techniques:?}"));
+        }
+    }
+}
+
 /// Each domain has a switch of its own: it changes the picture, and not its mean.
 #[test]
 fn every_domain_is_stratified_by_itself() {
@@ -173,7 +210,13 @@ fn every_domain_is_stratified_by_itself() {
 /// The general loop and the fast one are the same estimator, bit for bit.
 #[test]
 fn the_default_switches_are_the_fast_loop() {
-    let mut scene = room(16, 4, SamplerKind::PaddedSobol);
+    let rooms = [room(16, 4, SamplerKind::PaddedSobol), room_with_wax(16, 4, SamplerKind::PaddedSobol, 0.0)];
+    for scene in rooms {
+        same_bits(scene);
+    }
+}
+
+fn same_bits(mut scene: Scene) {
     scene.settings.integrator.max_depth = 8;
     scene.settings.color = ColorMode::Spectral;
     let world = World::build(scene).expect("a sound scene");

@@ -28,11 +28,12 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
     }
     let tree = trees(&mut e, setting)?;
     let gain = same_error(&mut e, setting);
-    let rays = extrapolate(&mut e, &gain);
+    let slide = extrapolate(&mut e, &gain, tree.at_a_million);
     whitted(&mut e, setting)?;
     e.result = format!(
-        "Against every triangle the counted tests are the model's, to {model:.1e}. {tree} For the slide's numbers the full recursion \
-         takes {rays:.1e} tests. {}",
+        "Against every triangle the counted tests are the model's{}. {} {} {slide}",
+        if model == 0.0 { ", to the last one".into() } else { format!(" to {model:.1e}") },
+        tree.line,
         gain.line
     );
     Ok(e)
@@ -151,7 +152,11 @@ fn tables(e: &mut Experiment, counted: &[Counted]) {
     );
     counted.iter().for_each(|c| table.row(c.row()));
     e.table(table);
-    let points = |f: &dyn Fn(&Counted) -> f64| counted.iter().map(|c| (c.predicted, f(c))).collect();
+    let points = |f: &dyn Fn(&Counted) -> f64| {
+        let mut points: Vec<_> = counted.iter().map(|c| (c.predicted, f(c))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points
+    };
     e.figure(
         Figure::new(
             "model",
@@ -182,8 +187,15 @@ fn chosen(e: &mut Experiment, setting: &Setting, p: BruteForce) {
     ));
 }
 
+/// What the renderer's tree costs.
+struct Tree {
+    /// Tests of boxes and triangles per ray among a million triangles, by the measured power law.
+    at_a_million: f64,
+    line: String,
+}
+
 /// Tests per ray over the number of triangles, counted by the renderer in its own tree.
-fn trees(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
+fn trees(e: &mut Experiment, setting: &Setting) -> Result<Tree, Error> {
     let counts: &[usize] = setting.effort.pick(
         &[100, 1_000, 10_000],
         &[100, 1_000, 10_000, 100_000],
@@ -235,12 +247,14 @@ fn trees(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         .with("both", Mark::LineDots, both)
         .with("every triangle", Mark::Dashed, all),
     );
-    Ok(line)
+    Ok(Tree { at_a_million: last.1 * (1e6 / last.0).powf(s), line })
 }
 
 struct Gain {
     /// Rays of brute force over rays of path tracing for the same error.
     ratio: f64,
+    /// Paths for the same error over `k² a² s²`, at most.
+    paths: f64,
     line: String,
 }
 
@@ -275,6 +289,7 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
     );
     let mut ratios = Vec::new();
     let mut points = Vec::new();
+    let mut most = 0.0f64;
     for (k, s) in [(1u32, 1u32), (1, 2), (2, 2), (1, 3), (2, 3)] {
         let p = BruteForce { m, k, a: 1, s, r: s, d, ..SAME };
         let repeats = setting.effort.pick(2usize, 4, 8);
@@ -286,6 +301,7 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
         let path_rays = rays_of_path * error_of_path / error;
         let ratio = rays / path_rays;
         ratios.push(ratio);
+        most = most.max(error_of_path / error / f64::from(k * k * s * s));
         points.push((rays, error));
         table.row([
             format!("{k}, 1"),
@@ -316,6 +332,7 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
     ));
     Gain {
         ratio: ratios[4],
+        paths: most,
         line: format!(
             "With k = 2, s = r = 3 and three bounces, brute force traces {:.1} times the rays that path tracing needs for the same error.",
             ratios[4]
@@ -323,8 +340,8 @@ fn same_error(e: &mut Experiment, setting: &Setting) -> Gain {
     }
 }
 
-/// The slide's numbers.
-fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
+/// The slide's numbers; a ray takes `tests` tests in the tree.
+fn extrapolate(e: &mut Experiment, gain: &Gain, tests: f64) -> String {
     let slide = BruteForce { m: 1_000, k: 8, a: 8, s: 8, r: 8, d: 8, n: 1_000_000, l: 4 };
     let n = f64::from(slide.n);
     // One level of the bracket: n k² m² a² r² l s².
@@ -338,35 +355,47 @@ fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
         [0.95 * 64e18, 1.08 * 64e18],
     ));
     e.claim(Claim::at_least(TOPIC, "tests with all eight bounces, over the slide's number", 1e9, full / 64e18));
+    let paths = gain.paths * 64.0 * 64.0 * 64.0;
     let mut table = Table::new(
         "extrapolation",
-        "m = 1000, k = a = s = r = 8, n = 10⁶, ℓ = 4. Path tracing: 1000 paths for each pixel of 2 d rays each, on a tree with 50 tests per ray.",
+        format!(
+            "m = 1000, k = a = s = r = 8, n = 10⁶, ℓ = 4. The tree takes {tests:.0} tests per ray, by the power law measured above. For the \
+             same error the settings above took at most {:.1} k² a² s² paths per pixel: {paths:.1e} here, of 2 d rays each. A thousand \
+             paths make a clean picture already.",
+            gain.paths
+        ),
         &[
             "d",
             "rays per camera ray T(d)",
             "rays of the picture",
             "tests, every triangle",
             "tests, tree",
-            "tests, path tracing",
+            "tests, paths for the same error",
+            "tests, 1000 paths",
         ],
     );
-    let mut points = (Vec::new(), Vec::new());
+    let mut points = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
     for d in 1..=8 {
         let p = BruteForce { d, ..slide };
         let rays = p.rays();
-        let paths = 1e6 * 1_000.0 * 2.0 * f64::from(d) * 50.0;
-        points.0.push((f64::from(d), rays * n));
-        points.1.push((f64::from(d), paths));
-        table.row([
-            d.to_string(),
-            format!("{:.3e}", p.rays_per_camera_ray()),
-            format!("{rays:.3e}"),
-            format!("{:.3e}", rays * n),
-            format!("{:.3e}", rays * 50.0),
-            format!("{paths:.1e}"),
-        ]);
+        let path = 1e6 * 2.0 * f64::from(d) * tests;
+        let row = [rays * n, rays * tests, path * paths, path * 1_000.0];
+        for (line, tests) in points.iter_mut().zip(row) {
+            line.push((f64::from(d), tests));
+        }
+        let first = [d.to_string(), format!("{:.3e}", p.rays_per_camera_ray()), format!("{rays:.3e}")];
+        table.row(first.into_iter().chain(row.map(|v| format!("{v:.1e}"))));
     }
     e.table(table);
+    let [linear, tree, same, thousand] = points;
+    let last = |line: &[(f64, f64)]| line[line.len() - 1].1;
+    let line = format!(
+        "For the slide's numbers the full recursion takes {full:.1e} tests against every triangle and {:.1e} in a tree, path tracing {:.1e} \
+         for the same error and {:.1e} for a clean picture.",
+        last(&tree),
+        last(&same),
+        last(&thousand)
+    );
     e.figure(
         Figure::new(
             "extrapolation",
@@ -374,14 +403,16 @@ fn extrapolate(e: &mut Experiment, gain: &Gain) -> f64 {
             Axis::linear("bounces d"),
             Axis::log("intersection tests"),
         )
-        .with("brute force, every triangle", Mark::LineDots, points.0)
-        .with("path tracing, 1000 paths, tree", Mark::LineDots, points.1),
+        .with("brute force, every triangle", Mark::LineDots, linear)
+        .with("brute force, tree", Mark::LineDots, tree)
+        .with("path tracing, same error, tree", Mark::LineDots, same)
+        .with("path tracing, 1000 paths, tree", Mark::LineDots, thousand),
     );
     e.erratum(
         "“Naively improving Whitted ray tracing”: 64·10¹⁸ for d = 8",
         format!("That is one level of the bracket, n k² m² a² r² ℓ s² = {one_level:.2e}; d = 8 does not enter. The recursion gives n m² k² a² T(8) = {full:.2e}, {:.0e} times as much. (Where brute force could be tried, its rays came to {:.1} times those of path tracing for the same error.)", full / 64e18, gain.ratio),
     );
-    full
+    line
 }
 
 /// Whitted's tree and the path, counted by the renderer itself.
