@@ -33,7 +33,7 @@ pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<u8, Failure> 
     }
     write_bytes_atomically(&args.output, exported.text.as_bytes()).map_err(|e| refused(&e))?;
     for note in &exported.notes {
-        console.out(&format!("note: {note}"));
+        console.out(format!("note: {note}"));
     }
     console.heading(format_args!("{}: written, with {} files", args.output.display(), exported.files.len()));
     Ok(DONE)

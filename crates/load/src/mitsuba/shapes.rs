@@ -246,7 +246,7 @@ fn smooth_normals(mesh: &TriangleMesh, world: &Transform) -> Vec<Normal3> {
         for k in 0..3 {
             let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
             let (Some(a), Some(b)) = (a.try_normalize(), b.try_normalize()) else { continue };
-            sums[face[k] as usize] = sums[face[k] as usize] + n * safe_acos(a.dot(b));
+            sums[face[k] as usize] += n * safe_acos(a.dot(b));
         }
     }
     // The way back, so that the normals are right after the mesh is put in its place.
