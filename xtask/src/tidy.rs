@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Which crates a crate may use, besides those of others. A crate that is not listed may use none and may not exist.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("math", &[]),
     ("syntax", &[]),
     ("sampling", &["math"]),
@@ -37,6 +37,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "render",
         ],
     ),
+    ("view", &["math", "sampling", "spectrum", "image", "scene", "integrator", "render"]),
     (
         "steradian",
         &[
@@ -52,6 +53,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
             "load",
             "render",
             "lab",
+            "view",
         ],
     ),
     ("testkit", &[]),
@@ -61,7 +63,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
 const TEST_ONLY: [&str; 2] = ["testkit", "geometry"];
 
 /// Crates that may use these libraries; nobody else may.
-const LIBRARIES: [(&str, &[&str]); 7] = [
+const LIBRARIES: [(&str, &[&str]); 9] = [
     ("anyhow", &["xtask"]),
     ("clap", &["steradian"]),
     ("indicatif", &["steradian"]),
@@ -69,6 +71,8 @@ const LIBRARIES: [(&str, &[&str]); 7] = [
     ("exr", &["image"]),
     ("flate2", &["load"]),
     ("memmap2", &["image"]),
+    ("tungstenite", &["view"]),
+    ("httparse", &["view"]),
 ];
 
 /// The modules that may hold unsafe code.

@@ -28,9 +28,11 @@ pub fn fresnel_conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let cos2 = cos_i * cos_i;
     let sin2 = 1.0 - cos2;
     let difference = eta * eta - k * k - sin2;
+    // NaN stays NaN.
+    let root = |x: f32| if x <= 0.0 { 0.0 } else { x.sqrt() };
     // With cos_t' = a + i b (scaled by the index): a^2 + b^2 and a.
-    let a2_plus_b2 = safe_sqrt(difference * difference + 4.0 * eta * eta * k * k);
-    let a = safe_sqrt(0.5 * (a2_plus_b2 + difference));
+    let a2_plus_b2 = root(difference * difference + 4.0 * eta * eta * k * k);
+    let a = root(0.5 * (a2_plus_b2 + difference));
     let sum = a2_plus_b2 + cos2;
     let cross = 2.0 * cos_i * a;
     let perpendicular = (sum - cross) / (sum + cross);

@@ -112,6 +112,21 @@ impl Texels {
         Ok(texels)
     }
 
+    /// What is wrong with pixels that are infinite or undefined: how many, and where the first is; of what has just been read, which is
+    /// in no scratch file.
+    pub fn not_finite(&self) -> Option<String> {
+        let bad: Vec<usize> = match &self.storage {
+            Storage::U8(_) | Storage::Mapped(..) => return None,
+            Storage::F16(s) => (0..s.len()).filter(|&i| !s[i].is_finite()).collect(),
+            Storage::F32(s) => (0..s.len()).filter(|&i| !s[i].is_finite()).collect(),
+        };
+        let mut pixels: Vec<usize> = bad.into_iter().map(|i| i / self.channels).collect();
+        pixels.dedup();
+        let first = *pixels.first()?;
+        let (n, all, [x, y]) = (pixels.len(), self.width * self.height, [first % self.width, first / self.width]);
+        Some(format!("{n} of {all} pixels infinite or undefined, the first at {x},{y}"))
+    }
+
     /// Columns.
     pub fn width(&self) -> usize {
         self.width

@@ -397,7 +397,10 @@ fn environment_maps_tell_their_layout_by_their_shape() {
     assert!((light(1).1 * 2.0 * PI - 10.0).abs() < 0.05, "{}", light(1).1);
     assert!((light(2).1 * 2.0 * PI - 10.0).abs() < 0.05, "{}", light(2).1);
     let out = try_load("WorldBegin LightSource \"infinite\" \"string filename\" \"nan.pfm\"", files);
-    assert_eq!(out.diagnostics[0].message, "nan.pfm: a light's image cannot have infinite or undefined pixels");
+    assert_eq!(
+        out.diagnostics[0].message,
+        "nan.pfm: a light's image cannot have 8 of 64 pixels infinite or undefined, the first at 3,0"
+    );
 }
 
 #[test]

@@ -131,7 +131,7 @@ impl<'w> PixelSampler<'w> {
 
     /// Turns the splats of a sample into colours of pixels. False if one of them is not finite or too bright; then none is
     /// added.
-    pub(crate) fn land(&self, scratch: &Scratch, wavelengths: &Wavelengths, out: &mut Vec<Landed>) -> bool {
+    pub fn land(&self, scratch: &Scratch, wavelengths: &Wavelengths, out: &mut Vec<Landed>) -> bool {
         let settings = self.world.settings();
         let [width, height] = settings.film.resolution.map(|n| n as f32);
         let first = out.len();

@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
 use crate::aov::Aov;
+use crate::camera_args::CameraArgs;
 use crate::keep::KeepArgs;
 use crate::merge::MergeArgs;
 use crate::model_args::ModelArgs;
@@ -11,6 +12,7 @@ use crate::numbers::{Crop, ExposureArg, Memory, Pixel, Positive, Size};
 use crate::selftest::SelftestArgs;
 use crate::stop::StopArgs;
 use crate::technique_args::TechniqueArgs;
+use crate::view::ViewArgs;
 
 /// What `--help` says first.
 const ABOUT: &str = "Steradian turns a description of a scene into a photograph of it, by following light.";
@@ -21,6 +23,7 @@ Examples:
   steradian render kitchen.pbrt -o kitchen.exr      render a pbrt-v4 scene
   steradian render kitchen.pbrt --spp 16 --size 480x270     a quick look
   steradian render helmet.glb                       a picture of a model
+  steradian view kitchen.pbrt --open                look at it in a browser, live
   steradian check kitchen.pbrt                      is anything wrong with the scene?
   steradian compare kitchen.exr reference.exr       do two renderings show the same?
 
@@ -64,6 +67,9 @@ pub(crate) enum Command {
     /// Trace one path again and print it vertex by vertex
     #[command(after_help = TRACE_NOTES)]
     Trace(Box<TraceArgs>),
+    /// Look at a scene in a browser: a live page with a path explorer
+    #[command(after_help = crate::view::NOTES)]
+    View(Box<ViewArgs>),
     /// Run the lecture's experiments and write a report that opens in any browser
     #[command(after_help = LAB_NOTES)]
     Lab(LabArgs),
@@ -285,6 +291,9 @@ pub(crate) struct PictureArgs {
 
     #[command(flatten)]
     pub technique: TechniqueArgs,
+
+    #[command(flatten)]
+    pub view: CameraArgs,
 
     #[command(flatten)]
     pub model: ModelArgs,

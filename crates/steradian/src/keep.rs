@@ -1,5 +1,6 @@
 //! Nothing that was rendered is lost: checkpoints, going on with them, and the parts of a distributed render.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -64,8 +65,7 @@ pub(crate) fn identity(
     rest.sampler.seed = 0;
     // Most samplers' points do not depend on how many were planned.
     let points = if Sampler::new(sampler).prefix_independent_of_spp() { "any".into() } else { sampler.spp.to_string() };
-    let rest = blake3::hash(format!("{rest:?}").as_bytes()).to_hex();
-    [
+    let named = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("scene", scene_hash.to_owned()),
         ("size", film.resolution.map(|n| n.to_string()).join("x")),
@@ -79,10 +79,42 @@ pub(crate) fn identity(
         ("adaptive", adaptive_name(adaptive).to_owned()),
         ("share", share_name(share)),
         (LAYERS, if layers.is_empty() { "none".into() } else { layers.names().join(" ") }),
-        ("other settings", rest[..32].to_owned()),
-    ]
-    .map(|(name, value)| (name.to_owned(), value))
-    .into()
+    ];
+    named.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(fields(&rest)).collect()
+}
+
+/// Each field of the settings by its path, as in `integrator.regularize`; long values by their hash.
+fn fields(settings: &RenderSettings) -> BTreeMap<String, String> {
+    const LONGEST: usize = 60;
+    // These are entries already.
+    const NAMED: [&str; 5] =
+        ["film.resolution", "film.pixel_bounds", "sampler.kind", "sampler.resolution", "integrator.max_depth"];
+    let mut path: Vec<(usize, &str)> = Vec::new();
+    let mut values = BTreeMap::<String, String>::new();
+    let text = format!("{settings:#?}");
+    for line in text.lines().skip(1) {
+        let word = line.trim_start();
+        let depth = line.len() - word.len();
+        path.retain(|(d, _)| *d < depth);
+        let (name, value) = word.split_once(": ").unwrap_or(("", word));
+        if !name.is_empty() {
+            path.push((depth, name));
+        }
+        let brackets = |c: char| "[](){},".contains(c) || c.is_whitespace();
+        let value = value.trim_matches(brackets);
+        if !value.is_empty() {
+            let name = path.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(".");
+            let all = values.entry(name).or_default();
+            *all += if all.is_empty() { "" } else { " " };
+            *all += value;
+        }
+    }
+    // Tables of filters follow from their kind.
+    values.retain(|name, _| !NAMED.contains(&name.as_str()) && !name.starts_with("filter.tables"));
+    for value in values.values_mut().filter(|v| v.len() > LONGEST) {
+        *value = blake3::hash(value.as_bytes()).to_hex()[..32].to_owned();
+    }
+    values
 }
 
 /// The entry that says what is kept beside the picture.

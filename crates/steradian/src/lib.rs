@@ -5,6 +5,7 @@
 mod again;
 mod aov;
 mod args;
+mod camera_args;
 mod check;
 mod compare;
 mod console;
@@ -33,6 +34,7 @@ mod stop;
 mod technique_args;
 mod tev;
 mod trace;
+mod view;
 mod watch;
 
 use std::ffi::OsString;
@@ -73,6 +75,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Info(args) => info::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
         Command::Trace(args) => trace::run(args, &console),
+        Command::View(args) => view::run(args, &console),
         Command::Lab(args) => lab::run(args, &console),
         Command::Completions { shell } => {
             let mut script = Vec::new();

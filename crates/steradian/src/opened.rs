@@ -46,6 +46,16 @@ fn read_hashed(path: Option<&Path>, options: &LoadOptions) -> Result<(LoadOutcom
     Ok((outcome, hash))
 }
 
+/// As `read`, from files that somebody watches.
+pub(crate) fn read_watched(
+    path: Option<&Path>,
+    options: &LoadOptions,
+    files: &dyn FileAccess,
+) -> Result<LoadOutcome, Failure> {
+    let memory = Memory::new();
+    read_through(path, options, &Hashing::new(if path.is_some() { files } else { &memory as &dyn FileAccess }))
+}
+
 fn read_through(path: Option<&Path>, options: &LoadOptions, files: &Hashing) -> Result<LoadOutcome, Failure> {
     match path {
         None => {
@@ -96,7 +106,7 @@ pub(crate) fn open(path: Option<&PathBuf>, picture: &PictureArgs, console: &Cons
 }
 
 /// Prints all problems; without errors, only a few of many warnings.
-fn report(outcome: &LoadOutcome, console: &Console) {
+pub(crate) fn report(outcome: &LoadOutcome, console: &Console) {
     const MOST_WARNINGS: usize = 20;
     let mut mild = 0;
     for d in &outcome.diagnostics {

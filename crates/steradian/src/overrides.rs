@@ -15,6 +15,7 @@ pub(crate) fn apply(picture: &PictureArgs, scene: &mut Scene, console: &Console)
     if let Some(size) = picture.size {
         resize(scene, size.0, console);
     }
+    picture.view.apply(scene, console);
     let settings = &mut scene.settings;
     if let Some(crop) = picture.crop {
         settings.film.pixel_bounds = at_least_a_pixel(settings.film.crop_window(crop.0), settings.film.resolution);
@@ -172,6 +173,7 @@ pub(crate) fn as_typed(picture: &PictureArgs) -> String {
     add("max-depth", picture.max_depth.map(|v| v.to_string()));
     add("clamp", picture.clamp.map(|v| v.to_string()));
     add("color", named(picture.color));
+    picture.view.as_typed(&mut add);
     picture.model.as_typed(&mut add);
     if picture.filter_outliers {
         out += " --filter-outliers";
@@ -200,12 +202,13 @@ mod tests {
             filter_outliers: true,
             color: Some(ColorArg::Rgb),
             technique: crate::technique_args::TechniqueArgs { split: Some(4), ..Default::default() },
+            view: crate::camera_args::CameraArgs { fov: Some(35.5), ..Default::default() },
             model: crate::model_args::ModelArgs { no_ground: true, ..Default::default() },
         };
         assert_eq!(
             as_typed(&picture),
             " --spp 8 --sampler-spp 64 --size 32x16 --crop 0,0.5,0.25,1 --seed 18446744073709551615 --integrator ao --sampler zsobol \
-             --max-depth 3 --clamp 2.5 --color rgb --no-ground --filter-outliers --split 4"
+             --max-depth 3 --clamp 2.5 --color rgb --fov 35.5 --no-ground --filter-outliers --split 4"
         );
         assert_eq!(as_typed(&PictureArgs::default()), "");
     }

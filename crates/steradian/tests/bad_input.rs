@@ -181,3 +181,34 @@ fn bad_samples_are_counted_and_can_be_replayed() {
     assert!(image.planes("").unwrap().iter().all(|p| p.iter().all(|v| v.is_finite())));
     assert!(image.metadata.text("steradian.badSamples").is_some());
 }
+
+/// A texture with pixels that are no numbers: said when it is read, counted where it is seen, and still a picture.
+#[test]
+fn pixels_that_are_no_numbers_are_not_hidden() {
+    let pixels = [0.5, f32::NAN, f32::INFINITY, -1.0].map(f32::to_le_bytes).concat();
+    let f = Folder::empty().with("t.pfm", [b"Pf\n2 2\n-1.0\n".as_slice(), &pixels].concat()).with(
+        "a.pbrt",
+        r#"LookAt 0 0 -4  0 0 0  0 1 0 Camera "perspective" "float fov" 30
+        Film "rgb" "integer xresolution" 32 "integer yresolution" 32 Sampler "paddedsobol" "integer pixelsamples" 4
+        WorldBegin LightSource "infinite"
+        Texture "t" "spectrum" "imagemap" "string filename" "t.pfm" "string filter" "point"
+        Material "diffuse" "texture reflectance" "t"
+        Shape "bilinearmesh" "point3 P" [ -1 -1 0  1 -1 0  -1 1 0  1 1 0 ]"#,
+    );
+    let metal = std::fs::read_to_string(f.path("a.pbrt")).unwrap().replace("diffuse", "conductor");
+    std::fs::write(f.path("metal.pbrt"), metal).unwrap();
+    assert!(f.run("render metal.pbrt -o metal.exr").err.contains(" samples went wrong"));
+    for integrator in ["path", "volpath", "simplevolpath", "distribution"] {
+        let ran = f.run(&format!("render a.pbrt -o a.exr --max-depth 2 --integrator {integrator}"));
+        assert_eq!(ran.code, Some(0), "{}", ran.err);
+        assert!(ran.err.contains("t.pfm: 2 of 4 pixels infinite or undefined, the first at 0,0"), "{}", ran.err);
+        let image = steradian_image::read(&f.bytes("a.exr"), "a.exr").unwrap();
+        let green = image.planes("").unwrap()[1];
+        // The square is 29.9 pixels wide; half of it is bad, and a quarter black.
+        let bad = image.metadata.text("steradian.badSamples").unwrap().parse::<f64>().unwrap() / 4.0;
+        assert!((bad / (0.5 * 29.9 * 29.9) - 1.0).abs() < 0.1, "{integrator}: {bad}");
+        assert!(green.iter().all(|v| v.is_finite()) && green[8 * 32 + 8] == 0.0, "{integrator}");
+        assert!(green.iter().any(|v| (v - 0.5).abs() < 0.05), "{integrator}");
+        assert!(ran.err.contains("steradian trace a.pbrt --pixel "), "{}", ran.err);
+    }
+}

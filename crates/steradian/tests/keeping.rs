@@ -56,6 +56,8 @@ fn foreign_and_damaged_checkpoints_are_refused_and_left_alone() {
         ("--adaptive", "error:   adaptive: stored with false, now true"),
         ("--adaptive contrast", "error:   adaptive: stored with false, now contrast"),
         ("--crop 0,0.5,0,1", "error:   pixels: stored with 0,40,0,30, now 0,20,0,30"),
+        ("--light-sampling off", "error:   integrator.techniques.light_sampling: stored with true, now false"),
+        ("--filter triangle", "error:   filter.kind: stored with Gaussian, now Triangle"),
     ] {
         let said = fails(&f, 2, &format!("{RENDER} --spp 8 --checkpoint c --resume -o a.exr {option}"));
         assert!(said.starts_with("error: c: a checkpoint of another render\n") && said.contains(differs), "{said}");

@@ -162,7 +162,7 @@ impl<'w> Setting<'w> {
         let d = between.try_normalize()?;
         let (at_y, at_z) = (y.scatter(d, TransportMode::Importance), z.scatter(-d, TransportMode::Radiance));
         let value = y.beta * at_y.value * at_z.value * z.beta * (1.0 / distance2);
-        if value.is_black() || !value.is_finite() {
+        if value.is_black() {
             return None;
         }
         let medium = z.medium_towards(self.world, -d);

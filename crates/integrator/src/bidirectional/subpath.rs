@@ -180,7 +180,7 @@ impl<'w> Setting<'w> {
             if walk.mode == TransportMode::Importance {
                 walk.beta *= adjoint_factor(surface.n, surface.wo, wi, wo.z, sample.wi.z);
             }
-            if walk.beta.is_black() || !walk.beta.is_finite() {
+            if walk.beta.is_black() {
                 break;
             }
             let (pdf, reverse) = if specular {

@@ -130,13 +130,8 @@ impl Mitsuba<'_> {
             return None;
         };
         let texels = self.picture(&name, true, e.span)?;
-        let finite = match texels.storage() {
-            Storage::U8(_) | Storage::Mapped(..) => true,
-            Storage::F16(s) => s.iter().all(|v| v.is_finite()),
-            Storage::F32(s) => s.iter().all(|v| v.is_finite()),
-        };
-        if !finite {
-            self.error("an environment cannot have infinite or undefined pixels", e.span);
+        if let Some(what) = texels.not_finite() {
+            self.error(format!("{name}: an environment cannot have {what}"), e.span);
             return None;
         }
         let scale = self.float(e, "scale", 1.0) / ColorSpace::Srgb.photometric();

@@ -10,7 +10,7 @@ use steradian_scene::{
     TextureImage,
 };
 use steradian_spectrum::{CIE_Y, ColorSpace, Spectrum, SpectrumUse, named};
-use steradian_syntax::Span;
+use steradian_syntax::{Diagnostic, Span};
 
 /// Indices of refraction at the yellow line, by Mitsuba's names.
 pub(super) fn index_of(name: &str) -> Option<f32> {
@@ -269,6 +269,10 @@ impl Mitsuba<'_> {
             return None;
         };
         let texels = self.picture(&name, color && !raw, t.span)?;
+        if let Some(what) = texels.not_finite() {
+            let message = format!("{name}: {what}: samples that meet them are reported");
+            self.reader.diagnostics.push(Diagnostic::warning(message, t.span));
+        }
         let wrap = match self.text(t, "wrap_mode").as_deref() {
             None | Some("repeat") => Wrap::Repeat,
             Some("mirror") => Wrap::Mirror,

@@ -207,7 +207,12 @@ impl Reader<'_> {
             .and_then(|p| read_all(self.files, &p))
             .and_then(|b| read_texels(&b, &key.0, Some(encoding)).map_err(|e| e.to_string()));
         let handle = match read {
-            Ok(texels) => Some(self.push(key.0.clone(), texels, color)),
+            Ok(texels) => {
+                if let Some(what) = texels.not_finite() {
+                    self.warn_once(format!("{}: {what}: samples that meet them are reported", key.0));
+                }
+                Some(self.push(key.0.clone(), texels, color))
+            }
             Err(message) => {
                 self.warn_once(format!("a picture is left out: {message}"));
                 None

@@ -3,7 +3,7 @@
 use super::{Found, ModelOptions, Up, bytes_of, framing, studio};
 use crate::files::FileAccess;
 use steradian_geometry::TriangleMesh;
-use steradian_image::{Lookup, Storage, Texels, Wrap, read_texels};
+use steradian_image::{Lookup, Texels, Wrap, read_texels};
 use steradian_math::{Bounds3, Point3, Transform, Vec3, radians, sin_cos, smoothstep};
 use steradian_scene::{
     EnvironmentMapping, FloatTexture, Light, Material, Primitive, Scattering, Scene, Shape, SpectrumTexture, Texture,
@@ -65,12 +65,10 @@ pub(super) fn set(
 
 fn read_map(bytes: &[u8], name: &str) -> Result<Texels, String> {
     let texels = read_texels(bytes, name, None).map_err(|e| e.to_string())?;
-    let finite = match texels.storage() {
-        Storage::U8(_) | Storage::Mapped(..) => true,
-        Storage::F16(s) => s.iter().all(|v| v.is_finite()),
-        Storage::F32(s) => s.iter().all(|v| v.is_finite()),
-    };
-    if finite { Ok(texels) } else { Err(format!("{name}: an environment cannot have infinite or undefined pixels")) }
+    match texels.not_finite() {
+        None => Ok(texels),
+        Some(what) => Err(format!("{name}: an environment cannot have {what}")),
+    }
 }
 
 /// Adds an environment; `world` has its y axis up. The middle of the picture is at -x, and columns run clockwise as seen from

@@ -4,7 +4,7 @@ use super::Loader;
 use super::params::Params;
 use crate::files::describe;
 use std::path::Path;
-use steradian_image::{Encoding, Lookup, Storage, Texels, Wrap, read_texels};
+use steradian_image::{Encoding, Lookup, Texels, Wrap, read_texels};
 use steradian_scene::{Handle, TextureImage};
 use steradian_spectrum::ColorSpace;
 use steradian_syntax::Span;
@@ -37,6 +37,9 @@ impl Loader<'_> {
             return Some(known.handle);
         }
         let texels = self.report_texels(params, name, span, usage.encoding)?;
+        if let Some(what) = texels.not_finite() {
+            params.warning(format!("{name}: {what}: samples that meet them are reported"), span);
+        }
         Some(self.push_image(name, texels, usage))
     }
 
@@ -84,15 +87,8 @@ impl Loader<'_> {
             return Some(known.handle);
         }
         let texels = self.report_texels(params, name, span, None)?;
-        let finite = match texels.storage() {
-            Storage::U8(_) => true,
-            Storage::F16(s) => s.iter().all(|v| v.is_finite()),
-            Storage::F32(s) => s.iter().all(|v| v.is_finite()),
-            // Nothing that was just read is in a scratch file.
-            Storage::Mapped(..) => true,
-        };
-        if !finite {
-            params.error(format!("{name}: a light's image cannot have infinite or undefined pixels"), span);
+        if let Some(what) = texels.not_finite() {
+            params.error(format!("{name}: a light's image cannot have {what}"), span);
             return None;
         }
         let usage = usage(&texels);

@@ -14,6 +14,7 @@ mod shading;
 mod subsurface;
 mod surface;
 mod texture;
+mod view;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
 pub use light::{Emission, LightContext, LightEnd, LightPoint, LightSample};

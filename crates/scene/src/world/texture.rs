@@ -232,7 +232,7 @@ impl World {
         Point2::new(st.x, 1.0 - st.y)
     }
 
-    /// The colour of a picture at a point.
+    /// The colour of a picture at a point: NaN where the picture is not finite, so that no sample hides it.
     pub(super) fn texel(&self, map: &ImageMap, c: &TextureContext) -> [f32; 3] {
         let c = self.map2(&map.mapping, c);
         // Images have their first row on top; t points up.
@@ -245,7 +245,8 @@ impl World {
         } else {
             pyramid.lookup3(st, dx, dy, lookup)
         };
-        rgb.map(|v| (if map.invert { 1.0 - map.scale * v } else { map.scale * v }).max(0.0))
+        rgb.map(|v| if map.invert { 1.0 - map.scale * v } else { map.scale * v })
+            .map(|v| if v.is_finite() { v.max(0.0) } else { f32::NAN })
     }
 
     /// The value of a scalar texture.
@@ -353,7 +354,7 @@ impl World {
                 let image = &self.scene.images[map.image];
                 if image.texels.channels() < 3 {
                     // One channel is a constant over wavelength, whatever it stands for.
-                    let v = if texture.usage == SpectrumUse::Albedo { rgb[0].min(1.0) } else { rgb[0] };
+                    let v = if texture.usage == SpectrumUse::Albedo { at_most_one(rgb[0]) } else { rgb[0] };
                     return Lanes::splat(v);
                 }
                 rgb_lanes(rgb, image.color_space, texture.usage, w)
@@ -398,10 +399,15 @@ fn bilinear_weights(st: Point2) -> [f32; 4] {
     [(1.0 - s) * (1.0 - t), (1.0 - s) * t, s * (1.0 - t), s * t]
 }
 
+/// NaN stays NaN.
+fn at_most_one(v: f32) -> f32 {
+    if v > 1.0 { 1.0 } else { v }
+}
+
 /// An RGB triple of a texture as light in the four lanes.
 pub(crate) fn rgb_lanes(rgb: [f32; 3], space: ColorSpace, usage: SpectrumUse, w: &Wavelengths) -> Lanes {
     match usage {
-        SpectrumUse::Albedo => space.albedo_lanes(rgb.map(|v| v.min(1.0)), w),
+        SpectrumUse::Albedo => space.albedo_lanes(rgb.map(at_most_one), w),
         SpectrumUse::Unbounded => space.unbounded_lanes(rgb, w),
         SpectrumUse::Illuminant => space.illuminant_lanes(rgb, w),
     }

@@ -1,0 +1,16 @@
+//! Any bytes are a model, in JSON or binary, or a list of problems.
+#![no_main]
+
+use std::path::Path;
+
+use libfuzzer_sys::fuzz_target;
+use steradian_load::{Input, LoadOptions, Memory, load};
+
+fuzz_target!(|data: &[u8]| {
+    let name = if data.starts_with(b"glTF") { "fuzz.glb" } else { "fuzz.gltf" };
+    let options = LoadOptions { max_film_bytes: 1 << 24, ..LoadOptions::default() };
+    let outcome = load(Input::File(Path::new(name)), &Memory::new().with(name, data), &options);
+    for d in &outcome.diagnostics {
+        d.render(&outcome.sources);
+    }
+});
