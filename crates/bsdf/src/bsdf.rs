@@ -1,5 +1,6 @@
 //! The closed set of lobes that a surface can have.
 
+use crate::altered::Altered;
 use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
@@ -9,6 +10,8 @@ use crate::layered::{CoatedConductor, CoatedDiffuse};
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use crate::measured::Measured;
 use crate::metallic_roughness::MetallicRoughness;
+use crate::plastic::Plastic;
+use crate::principled::Principled;
 use crate::subsurface::SubsurfaceExit;
 use crate::thin_dielectric::ThinDielectric;
 use steradian_math::Vec3;
@@ -29,6 +32,9 @@ pub enum Bsdf<'w> {
     Measured(Measured<'w>),
     SubsurfaceExit(SubsurfaceExit),
     MetallicRoughness(MetallicRoughness),
+    Plastic(Plastic<'w>),
+    Altered(Altered),
+    Principled(Principled),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -46,6 +52,9 @@ macro_rules! with_lobe {
             Bsdf::Measured($lobe) => $body,
             Bsdf::SubsurfaceExit($lobe) => $body,
             Bsdf::MetallicRoughness($lobe) => $body,
+            Bsdf::Plastic($lobe) => $body,
+            Bsdf::Altered($lobe) => $body,
+            Bsdf::Principled($lobe) => $body,
         }
     };
 }
@@ -112,6 +121,9 @@ impl Bsdf<'_> {
             Self::Measured(_) => "measured",
             Self::SubsurfaceExit(_) => "subsurface exit",
             Self::MetallicRoughness(_) => "metallic-roughness",
+            Self::Plastic(_) => "plastic",
+            Self::Altered(_) => "altered interface",
+            Self::Principled(_) => "principled",
         }
     }
 
@@ -147,8 +159,17 @@ from_lobe!(
     CoatedConductor,
     Hair,
     SubsurfaceExit,
-    MetallicRoughness
+    MetallicRoughness,
+    Altered,
+    Principled
 );
+
+impl<'w> From<Plastic<'w>> for Bsdf<'w> {
+    #[inline]
+    fn from(lobe: Plastic<'w>) -> Self {
+        Self::Plastic(lobe)
+    }
+}
 
 impl<'w> From<Measured<'w>> for Bsdf<'w> {
     #[inline]

@@ -3,7 +3,7 @@
 use crate::direction::{mirror, reflect, same_hemisphere};
 use crate::fresnel::fresnel_conductor_lanes;
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
-use crate::microfacet::TrowbridgeReitz;
+use crate::microfacets::Microfacets;
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
 
@@ -11,7 +11,7 @@ use steradian_spectrum::Lanes;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
     /// The microfacets.
-    pub distribution: TrowbridgeReitz,
+    pub distribution: Microfacets,
     /// Real part of the index.
     pub eta: Lanes,
     /// Imaginary part of the index.
@@ -21,8 +21,8 @@ pub struct Conductor {
 impl Conductor {
     /// A lobe with this roughness and index.
     #[inline]
-    pub const fn new(distribution: TrowbridgeReitz, eta: Lanes, k: Lanes) -> Self {
-        Self { distribution, eta, k }
+    pub fn new(distribution: impl Into<Microfacets>, eta: Lanes, k: Lanes) -> Self {
+        Self { distribution: distribution.into(), eta, k }
     }
 
     /// Half vector of a reflection, in the upper hemisphere.

@@ -3,7 +3,7 @@
 use crate::direction::{mirror, reflect, refract, same_hemisphere};
 use crate::fresnel::fresnel_dielectric;
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
-use crate::microfacet::TrowbridgeReitz;
+use crate::microfacets::Microfacets;
 use steradian_math::{Vec3, sqr};
 use steradian_spectrum::Lanes;
 
@@ -13,7 +13,7 @@ pub struct Dielectric {
     /// Index of refraction below the normal over the one above; positive.
     pub eta: f32,
     /// The microfacets.
-    pub distribution: TrowbridgeReitz,
+    pub distribution: Microfacets,
 }
 
 /// A pair of directions seen from the microfacet that joins them.
@@ -29,8 +29,8 @@ struct Facet {
 impl Dielectric {
     /// A lobe with this relative index and roughness.
     #[inline]
-    pub const fn new(eta: f32, distribution: TrowbridgeReitz) -> Self {
-        Self { eta, distribution }
+    pub fn new(eta: f32, distribution: impl Into<Microfacets>) -> Self {
+        Self { eta, distribution: distribution.into() }
     }
 
     /// Whether the lobe is Dirac. Without a change of index even a rough interface does not bend light.

@@ -16,6 +16,8 @@
 //! ```
 
 mod albedo;
+mod altered;
+mod beckmann;
 mod bsdf;
 mod conductor;
 mod dielectric;
@@ -30,10 +32,15 @@ mod lobe;
 mod measured;
 mod metallic_roughness;
 mod microfacet;
+mod microfacets;
 mod phase;
+mod plastic;
+mod principled;
 mod subsurface;
 mod thin_dielectric;
 
+pub use altered::{Altered, SimpleInterface};
+pub use beckmann::Beckmann;
 pub use bsdf::Bsdf;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
@@ -47,6 +54,9 @@ pub use lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 pub use measured::{Measured, MeasuredMaterial, MeasuredTables};
 pub use metallic_roughness::{Film, MetallicRoughness, MetallicRoughnessParams, normal_reflectance};
 pub use microfacet::TrowbridgeReitz;
+pub use microfacets::Microfacets;
 pub use phase::{HenyeyGreenstein, PhaseSample};
+pub use plastic::{Plastic, PlasticInterface, PlasticTable, diffuse_fresnel_reflectance};
+pub use principled::{Principled, PrincipledParams};
 pub use subsurface::{Probe, Subsurface, SubsurfaceExit};
 pub use thin_dielectric::ThinDielectric;

@@ -2,9 +2,10 @@
 
 use std::sync::LazyLock;
 use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Lobe, LobeSample, Lobes,
-    Measured, MeasuredMaterial, MeasuredTables, MetallicRoughness, MetallicRoughnessParams, Part, SubsurfaceExit,
-    ThinDielectric, TransportMode, TrowbridgeReitz,
+    Altered, Beckmann, Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Lobe,
+    LobeSample, Lobes, Measured, MeasuredMaterial, MeasuredTables, MetallicRoughness, MetallicRoughnessParams,
+    Microfacets, Part, Plastic, PlasticInterface, PlasticTable, Principled, PrincipledParams, SimpleInterface,
+    SubsurfaceExit, ThinDielectric, TransportMode, TrowbridgeReitz,
 };
 use steradian_math::Vec3;
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -18,6 +19,43 @@ const PARTS: [Part; 3] = [Part::All, Part::Reflection, Part::Transmission];
 
 fn ggx(x: f32, y: f32) -> TrowbridgeReitz {
     TrowbridgeReitz::new(x, y)
+}
+
+fn beckmann(x: f32, y: f32) -> Microfacets {
+    Microfacets::Beckmann(Beckmann::new(x, y))
+}
+
+fn altered(interface: SimpleInterface) -> Bsdf<'static> {
+    let (reflection, transmission) = (Lanes([0.9, 0.5, 0.2, 1.0]), Lanes([0.3, 0.8, 0.6, 0.9]));
+    Altered { interface, reflection, transmission }.into()
+}
+
+static PLASTIC_TABLE: LazyLock<PlasticTable> = LazyLock::new(|| PlasticTable::new(&beckmann(0.3, 0.3), 1.5));
+
+fn plastic(interface: PlasticInterface<'static>, nonlinear: bool) -> Bsdf<'static> {
+    Plastic::new(interface, 1.5, Lanes([0.2, 0.5, 0.8, 0.4]), Lanes([1.0, 0.9, 0.8, 1.0]), nonlinear).into()
+}
+
+/// A principled surface, changed.
+fn principled(change: &dyn Fn(&mut PrincipledParams)) -> Bsdf<'static> {
+    let mut p = PrincipledParams {
+        base: Lanes([0.2, 0.5, 0.8, 0.4]),
+        luminance: 0.45,
+        roughness: 0.5,
+        anisotropic: 0.0,
+        metallic: 0.0,
+        transmission: 0.0,
+        eta: 1.5,
+        specular_tint: 0.0,
+        coat: 0.0,
+        coat_gloss: 0.0,
+        sheen: 0.0,
+        sheen_tint: 0.0,
+        flatness: 0.0,
+        thin: None,
+    };
+    change(&mut p);
+    Principled::new(p).into()
 }
 
 /// A coloured surface of glTF, changed.
@@ -34,7 +72,7 @@ fn gltf(change: &dyn Fn(&mut MetallicRoughnessParams)) -> Bsdf<'static> {
     MetallicRoughness::new(p).into()
 }
 
-fn metal(d: TrowbridgeReitz) -> Conductor {
+fn metal(d: impl Into<Microfacets>) -> Conductor {
     Conductor::new(d, Lanes([0.2, 0.9, 1.1, 1.4]), Lanes([3.9, 2.5, 2.4, 1.9]))
 }
 
@@ -126,6 +164,22 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
                 (p.transmission, p.metallic) = (0.4, 0.3);
             }),
         ),
+        ("beckmann metal", metal(beckmann(0.3, 0.3)).into()),
+        ("brushed beckmann metal", metal(beckmann(0.15, 0.5)).into()),
+        ("separable metal", metal(Microfacets::SeparableTrowbridgeReitz(ggx(0.4, 0.2))).into()),
+        ("beckmann glass", Dielectric::new(1.5, beckmann(0.25, 0.25)).into()),
+        ("beckmann bubble", Dielectric::new(1.0 / 1.5, beckmann(0.4, 0.2)).into()),
+        ("tinted glass of no kind", altered(SimpleInterface::Dielectric(Dielectric::new(1.5, ggx(0.3, 0.3))))),
+        ("tinted mirror", altered(SimpleInterface::Conductor(metal(TrowbridgeReitz::smooth())))),
+        ("tinted window", altered(SimpleInterface::ThinDielectric(ThinDielectric::new(1.5)))),
+        ("mitsuba plastic", plastic(PlasticInterface::Smooth { internal: 0.6 }, false)),
+        ("rough mitsuba plastic", plastic(PlasticInterface::Rough(beckmann(0.3, 0.3), &PLASTIC_TABLE), true)),
+        ("principled", principled(&|_| {})),
+        ("principled metal", principled(&|p| (p.metallic, p.anisotropic, p.roughness) = (1.0, 0.7, 0.6))),
+        ("principled coat", principled(&|p| (p.coat, p.coat_gloss, p.specular_tint) = (1.0, 0.1, 0.6))),
+        ("principled glass", principled(&|p| (p.transmission, p.metallic) = (0.8, 0.1))),
+        ("principled felt", principled(&|p| (p.sheen, p.sheen_tint, p.flatness) = (0.9, 0.5, 0.7))),
+        ("principled leaf", principled(&|p| (p.thin, p.transmission, p.specular_tint) = (Some(0.4), 0.3, 0.5))),
         ("rough fur", Hair::new(-0.6, 1.4, Lanes([0.4, 0.1, 1.0, 0.2]), 0.9, 0.9, 5.0).into()),
         ("paint", paint(Dielectric::new(1.5, TrowbridgeReitz::smooth()), Coating::default()).into()),
         ("matt paint", paint(Dielectric::new(1.5, ggx(0.4, 0.4)), Coating { walks: 2, ..Coating::default() }).into()),

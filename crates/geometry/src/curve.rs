@@ -100,6 +100,11 @@ impl Curve {
         (widths && normals && p.iter().all(|p| p.is_finite())).then_some(Self { p, width, profile, u: [0.0, 1.0] })
     }
 
+    /// Control points, widths at both ends, and the profile: what it was made of.
+    pub fn parameters(&self) -> ([Point3; 4], [f32; 2], CurveProfile) {
+        (self.p, self.width, self.profile)
+    }
+
     /// The curve in `2^depth` pieces, whose boxes are tighter than that of the whole.
     pub fn split(&self, depth: u32) -> impl Iterator<Item = Self> + use<> {
         let n = 1u32 << depth.min(16);

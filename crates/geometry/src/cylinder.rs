@@ -26,6 +26,11 @@ impl Cylinder {
         (finite && radius > 0.0 && z[0] < z[1]).then(|| Self { radius, z, phi_max: phi_max(phi_max_degrees) })
     }
 
+    /// Radius, least and greatest z, and the azimuth in degrees: what it was made of.
+    pub fn parameters(&self) -> [f32; 4] {
+        [self.radius, self.z[0], self.z[1], self.phi_max.to_degrees()]
+    }
+
     /// A box around it.
     pub fn bounds(&self) -> Bounds3 {
         let r = self.radius;

@@ -9,13 +9,15 @@ use crate::{QuadricHit, Reference, ShapeSample, SurfaceHit};
 
 /// A disk at z = `height`, without its inner part, and up to an azimuth.
 ///
-/// u follows the azimuth, v goes from the rim inwards; `dpdu x dpdv` points along +z.
+/// u follows the azimuth, v goes from the rim inwards; `dpdu x dpdv` points along +z. A [`Disk::radial`] one has u from the centre to the
+/// rim and v along the azimuth instead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
     height: f32,
     radius: f32,
     inner_radius: f32,
     phi_max: f32,
+    is_radial: bool,
 }
 
 impl Disk {
@@ -27,11 +29,28 @@ impl Disk {
             radius,
             inner_radius,
             phi_max: phi_max(phi_max_degrees),
+            is_radial: false,
         })
+    }
+
+    /// The same disk with u along the radius and v along the azimuth: Mitsuba's.
+    #[must_use]
+    pub fn radial(self) -> Self {
+        Self { is_radial: true, ..self }
     }
 
     fn is_full(&self) -> bool {
         self.inner_radius == 0.0 && self.phi_max == phi_max(360.0)
+    }
+
+    /// Height, radius, inner radius, and the azimuth in degrees: what it was made of.
+    pub fn parameters(&self) -> [f32; 4] {
+        [self.height, self.radius, self.inner_radius, self.phi_max.to_degrees()]
+    }
+
+    /// Whether u follows the radius; see [`Disk::radial`].
+    pub fn is_radial(&self) -> bool {
+        self.is_radial
     }
 
     /// A box around it.
@@ -61,7 +80,8 @@ impl Disk {
 
     fn uv(&self, p: Point3) -> Point2 {
         let r = (sqr(p.x) + sqr(p.y)).sqrt();
-        Point2::new(azimuth(p) / self.phi_max, (self.radius - r) / (self.radius - self.inner_radius))
+        let (around, inwards) = (azimuth(p) / self.phi_max, (self.radius - r) / (self.radius - self.inner_radius));
+        if self.is_radial { Point2::new(1.0 - inwards, around) } else { Point2::new(around, inwards) }
     }
 
     /// Everything about a point of the disk.
@@ -75,7 +95,13 @@ impl Disk {
         let r = (sqr(p.x) + sqr(p.y)).sqrt();
         let dpdu = Vec3::new(-self.phi_max * p.y, self.phi_max * p.x, 0.0);
         let dpdv = Vec3::new(p.x, p.y, 0.0) * ((self.inner_radius - self.radius) / r);
-        let mut hit = SurfaceHit::smooth(hit.p, Vec3::default(), uv, [dpdu, dpdv], [Vec3::default(); 2]);
+        let mut hit = SurfaceHit::smooth(
+            hit.p,
+            Vec3::default(),
+            uv,
+            if self.is_radial { [-dpdv, dpdu] } else { [dpdu, dpdv] },
+            [Vec3::default(); 2],
+        );
         hit.n = Normal3::new(0.0, 0.0, 1.0);
         hit.shading.n = hit.n;
         hit

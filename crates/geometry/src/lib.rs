@@ -33,7 +33,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use hit::{Reference, Shading, ShapeSample, SurfaceHit, area_to_solid_angle};
 pub use loop_subdivision::{SubdivisionError, loop_subdivide};
-pub use mesh::{MeshError, TriangleMesh};
+pub use mesh::{MeshAttribute, MeshError, TriangleMesh};
 pub use placed::{PlacedQuadric, Quadric};
 pub use prepared_triangle::PreparedTriangle;
 pub use quadric::QuadricHit;

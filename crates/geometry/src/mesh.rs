@@ -21,10 +21,25 @@ pub struct TriangleMesh {
     pub more_uvs: Vec<Vec<Point2>>,
     /// Red, green, blue and opacity at the vertices; or none, which is white.
     pub colors: Vec<[f32; 4]>,
+    /// Further quantities by name.
+    pub attributes: Vec<MeshAttribute>,
     /// Three vertices for each triangle.
     pub indices: Vec<[u32; 3]>,
     /// Whether the geometric normal is opposite to `(p1 - p0) x (p2 - p0)`. Normals at vertices decide if there are any.
     pub flip: bool,
+}
+
+/// A named quantity of one or three numbers at each vertex, or of each face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshAttribute {
+    /// The name that textures ask for.
+    pub name: String,
+    /// Whether the values belong to faces.
+    pub per_face: bool,
+    /// Numbers of each vertex or face: 1 or 3.
+    pub width: usize,
+    /// The numbers, one vertex or face after the other.
+    pub values: Vec<f32>,
 }
 
 /// What does not fit together in a mesh.
@@ -113,6 +128,13 @@ impl TriangleMesh {
             ("colors", self.colors.len()),
         ];
         attributes.extend(self.more_uvs.iter().map(|set| ("further uvs", set.len())));
+        for a in &self.attributes {
+            let (expected, found) =
+                (if a.per_face { self.indices.len() } else { self.positions.len() }, a.values.len());
+            if !matches!(a.width, 1 | 3) || found != a.width * expected {
+                return Err(MeshError::BadLength { what: "values of an attribute", found, expected });
+            }
+        }
         validate(&self.positions, &attributes, &self.indices)
     }
 
@@ -131,6 +153,7 @@ impl TriangleMesh {
             uvs: self.uvs.clone(),
             more_uvs: self.more_uvs.clone(),
             colors: self.colors.clone(),
+            attributes: self.attributes.clone(),
             indices: self.indices.clone(),
             flip: self.flip ^ reverse_orientation ^ t.swaps_handedness(),
         }
@@ -177,6 +200,17 @@ impl TriangleMesh {
         }
         let [c0, c1, c2] = self.indices[i].map(|v| self.colors[v as usize]);
         std::array::from_fn(|k| c0[k] * (1.0 - b1 - b2) + c1[k] * b1 + c2[k] * b2)
+    }
+
+    /// An attribute at barycentric `b1`, `b2` of face `i`, one number repeated; `None` if the mesh has no such attribute.
+    pub fn attribute(&self, name: &str, i: usize, b1: f32, b2: f32) -> Option<[f32; 3]> {
+        let a = self.attributes.iter().find(|a| a.name == name)?;
+        let of = |at: usize| -> [f32; 3] { std::array::from_fn(|k| a.values[at * a.width + k % a.width]) };
+        if a.per_face {
+            return Some(of(i));
+        }
+        let [v0, v1, v2] = self.indices[i].map(|v| of(v as usize));
+        Some(std::array::from_fn(|k| v0[k] * (1.0 - b1 - b2) + v1[k] * b1 + v2[k] * b2))
     }
 
     /// The interpolated normal, not of unit length; `None` if there are none, or they cancel.

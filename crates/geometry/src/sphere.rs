@@ -46,6 +46,11 @@ impl Sphere {
         self.z == [-self.radius, self.radius] && self.phi_max == phi_max(360.0)
     }
 
+    /// Radius, least and greatest z, and the azimuth in degrees: what it was made of.
+    pub fn parameters(&self) -> [f32; 4] {
+        [self.radius, self.z[0], self.z[1], self.phi_max.to_degrees()]
+    }
+
     /// A box around it.
     pub fn bounds(&self) -> Bounds3 {
         let r = self.radius;

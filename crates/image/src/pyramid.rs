@@ -79,6 +79,10 @@ impl Wrap {
 /// How a look-up filters.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Lookup {
+    /// The nearest texel of the picture as it is, whatever the size of the sample.
+    Texel,
+    /// Four texels of the picture as it is, whatever the size of the sample.
+    Between,
     /// The nearest texel of the level that fits.
     Point,
     /// Four texels of the level that fits.
@@ -116,6 +120,8 @@ pub struct Pyramid {
     levels: Vec<Texels>,
     wrap: [Wrap; 2],
     ewa: Box<[f32; EWA_TABLE]>,
+    /// Whether there is only the picture as it is, of any size.
+    is_plain: bool,
     /// Primaries, where the file states them.
     pub chromaticities: Option<Chromaticities>,
 }
@@ -153,7 +159,13 @@ impl Pyramid {
         }
         // exp(-2 r^2), moved down to reach zero at r = 1.
         let ewa = std::array::from_fn(|i| exp(-2.0 * i as f32 / (EWA_TABLE - 1) as f32) - exp(-2.0));
-        Ok(Pyramid { levels, wrap, ewa: Box::new(ewa), chromaticities })
+        Ok(Pyramid { levels, wrap, ewa: Box::new(ewa), is_plain: false, chromaticities })
+    }
+
+    /// A picture that is looked up as it is, by [`Lookup::Texel`] and [`Lookup::Between`].
+    pub fn plain(texels: Texels, wrap: [Wrap; 2]) -> Pyramid {
+        let chromaticities = texels.chromaticities;
+        Pyramid { levels: vec![texels], wrap, ewa: Box::new([0.0; EWA_TABLE]), is_plain: true, chromaticities }
     }
 
     /// Number of levels, at least one.
@@ -242,6 +254,12 @@ impl Pyramid {
     ) -> [f32; N] {
         // A camera at a singularity can send anything here; far-off or undefined coordinates read as the corner.
         let st = if st.x.abs() < 1e6 && st.y.abs() < 1e6 { st } else { Point2::new(0.0, 0.0) };
+        match filter {
+            Lookup::Texel => return self.nearest(0, st, pick),
+            Lookup::Between => return self.bilinear(0, st, pick),
+            _ if self.is_plain => return self.bilinear(0, st, pick),
+            _ => {}
+        }
         if let Lookup::Ewa { max_anisotropy } = filter {
             return self.ewa(st, dst0, dst1, max_anisotropy, pick);
         }
@@ -254,12 +272,7 @@ impl Pyramid {
         // A cast from float to integer takes negative numbers and NaN to level 0.
         let i = level as usize;
         match filter {
-            Lookup::Point => {
-                let t = &self.levels[i];
-                let x = (st.x * t.width() as f32).floor() as i64;
-                let y = (st.y * t.height() as f32).floor() as i64;
-                self.texel(t, x, y, pick)
-            }
+            Lookup::Point => self.nearest(i, st, pick),
             // Between levels 0 and 1 only level 0 is read, as in pbrt, whose images this is to match: sharper, at the price of a step.
             Lookup::Trilinear if i > 0 => {
                 let (a, b) = (self.bilinear(i, st, pick), self.bilinear(i + 1, st, pick));
@@ -275,6 +288,14 @@ impl Pyramid {
             Some((x, y)) => pick(t, (y * t.width() + x) * t.channels()),
             None => [0.0; N],
         }
+    }
+
+    #[inline]
+    fn nearest<const N: usize>(&self, level: usize, st: Point2, pick: impl Fn(&Texels, usize) -> [f32; N]) -> [f32; N] {
+        let t = &self.levels[level];
+        let x = (st.x * t.width() as f32).floor() as i64;
+        let y = (st.y * t.height() as f32).floor() as i64;
+        self.texel(t, x, y, pick)
     }
 
     #[inline]

@@ -168,8 +168,8 @@ impl Whitted {
 /// The perfect reflection and the perfect refraction of a lobe, where it has them.
 fn mirror_directions(bsdf: &Bsdf, wo: Vec3) -> [Option<LobeSample>; 2] {
     let polished = match bsdf {
-        Bsdf::Conductor(c) => Bsdf::Conductor(Conductor { distribution: TrowbridgeReitz::smooth(), ..*c }),
-        Bsdf::Dielectric(d) => Bsdf::Dielectric(Dielectric { distribution: TrowbridgeReitz::smooth(), ..*d }),
+        Bsdf::Conductor(c) => Bsdf::Conductor(Conductor { distribution: TrowbridgeReitz::smooth().into(), ..*c }),
+        Bsdf::Dielectric(d) => Bsdf::Dielectric(Dielectric { distribution: TrowbridgeReitz::smooth().into(), ..*d }),
         other => *other,
     };
     if !polished.flags().is_specular() {

@@ -14,6 +14,11 @@ pub trait FileAccess: Sync {
 
     /// Whether there is anything under that name.
     fn exists(&self, path: &Path) -> bool;
+
+    /// Where a path leads when all links are followed; `None` if nothing is there, or where there are no links.
+    fn followed(&self, _path: &Path) -> Option<PathBuf> {
+        None
+    }
 }
 
 /// The file system of this machine.
@@ -31,6 +36,10 @@ impl FileAccess for Disk {
 
     fn exists(&self, path: &Path) -> bool {
         path.exists()
+    }
+
+    fn followed(&self, path: &Path) -> Option<PathBuf> {
+        std::fs::canonicalize(if path.as_os_str().is_empty() { Path::new(".") } else { path }).ok()
     }
 }
 

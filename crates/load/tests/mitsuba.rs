@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, ModelOptions, load};
-use steradian_scene::{IntegratorKind, Light, Scattering, Scene, World};
+use steradian_scene::{IntegratorKind, Light, Scattering, Scene, Slopes, Volume, World};
 
 const SCENE: &str = r#"<scene version="3.0.0">
     <default name="spp" value="16"/>
@@ -100,14 +100,14 @@ fn materials_become_what_they_are() {
     type Is = fn(&Scattering) -> bool;
     let kinds: &[(&str, Is)] = &[
         (r#"<bsdf type="dielectric"><string name="int_ior" value="bk7"/></bsdf>"#, |s| {
-            matches!(s, Scattering::Dielectric { .. })
+            matches!(s, Scattering::Altered { .. })
         }),
         (r#"<bsdf type="roughconductor"><string name="material" value="Au"/></bsdf>"#, |s| {
-            matches!(s, Scattering::Conductor { .. })
+            matches!(s, Scattering::Altered { slopes: Slopes::Beckmann, .. })
         }),
-        (r#"<bsdf type="plastic"/>"#, |s| matches!(s, Scattering::CoatedDiffuse { .. })),
+        (r#"<bsdf type="plastic"/>"#, |s| matches!(s, Scattering::Plastic(_))),
         (r#"<bsdf type="principled"><float name="metallic" value="1"/></bsdf>"#, |s| {
-            matches!(s, Scattering::MetallicRoughness(_))
+            matches!(s, Scattering::Principled(_))
         }),
         (r#"<bsdf type="null"/>"#, |s| matches!(s, Scattering::Interface)),
         (r#"<bsdf type="blendbsdf"><bsdf type="diffuse"/><bsdf type="conductor"/></bsdf>"#, |s| {
@@ -116,8 +116,78 @@ fn materials_become_what_they_are() {
     ];
     for (bsdf, is) in kinds {
         let s = scene(&SCENE.replace("<ref id=\"paint\"/>", bsdf));
-        assert!(is(&s.materials[s.primitives[0].material].scattering), "{bsdf}");
+        let worn = &s.materials[s.primitives[0].material].scattering;
+        let front = match worn {
+            Scattering::Sides { front, .. } => &s.materials[*front].scattering,
+            other => other,
+        };
+        assert!(is(front), "{bsdf}");
+        let opaque = !bsdf.contains("dielectric") && !bsdf.contains("null") && !bsdf.contains("principled");
+        assert_eq!(matches!(worn, Scattering::Sides { .. }), opaque, "{bsdf}");
     }
+}
+
+#[test]
+fn spectra_of_emitters_keep_their_strength() {
+    let of = |radiance: &str| {
+        let s = scene(&SCENE.replace(r#"<rgb name="radiance" value="0.1"/>"#, radiance));
+        let Light::UniformInfinite { radiance, scale } = &s.lights[0] else { panic!("{:?}", s.lights) };
+        radiance.luminance() * scale
+    };
+    // A colour, a number and an even spectrum of one: each as bright as white is.
+    for text in [
+        r#"<rgb name="radiance" value="1"/>"#,
+        r#"<float name="radiance" value="1"/>"#,
+        r#"<spectrum name="radiance" value="1"/>"#,
+        r#"<spectrum name="radiance" type="d65"/>"#,
+        r#"<spectrum name="radiance" type="uniform"><float name="value" value="1"/></spectrum>"#,
+    ] {
+        assert!((of(text) - 1.0).abs() < 2e-3, "{text}: {}", of(text));
+    }
+    assert!((of(r#"<spectrum name="radiance" value="360:2, 830:2"/>"#) - 2.0).abs() < 2e-3);
+}
+
+#[test]
+fn attributes_of_a_mesh_are_read_by_their_names() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property float heat_0\nelement face 2\nproperty list uchar int vertex_indices\nproperty float tint_r\n\
+        property float tint_g\nproperty float tint_b\nend_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n2 0 0 4\n\
+        3 0 1 3 9 9 9\n3 0 1 2 0.1 0.2 0.3\n";
+    let shape = r#"<shape type="ply"><string name="filename" value="m.ply"/><bsdf type="diffuse">
+        <texture type="mesh_attribute" name="reflectance"><string name="name" value="face_tint_color"/></texture>
+        </bsdf></shape>"#;
+    let text = SCENE.replace(r#"<shape type="sphere"><ref id="paint"/></shape>"#, shape);
+    let files = Memory::new().with("s/scene.xml", text).with("s/m.ply", ply);
+    let outcome = load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default());
+    let s = outcome.scene.unwrap();
+    let mesh = s.triangle_meshes.iter().next().unwrap();
+    // The first face has no area, and its colour goes with it.
+    assert_eq!(mesh.attribute("face_tint_color", 0, 0.2, 0.2), Some([0.1, 0.2, 0.3]));
+    assert_eq!(mesh.attribute("vertex_heat", 0, 0.5, 0.5), Some([2.5; 3]));
+    assert_eq!(mesh.attribute("vertex_cold", 0, 0.5, 0.5), None);
+    World::build(s).unwrap();
+}
+
+#[test]
+fn heterogeneous_media_are_grids() {
+    let mut grid = b"VOL\x03".to_vec();
+    grid.extend([1i32, 2, 2, 2, 1].iter().flat_map(|v| v.to_le_bytes()));
+    grid.extend(
+        [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0].iter().flat_map(|v| v.to_le_bytes()),
+    );
+    let shape = r#"<shape type="cube"><bsdf type="null"/><medium type="heterogeneous" name="interior">
+        <volume type="gridvolume" name="sigma_t"><string name="filename" value="smoke.vol"/></volume>
+        <rgb name="albedo" value="0.9 0.8 0.7"/><phase type="hg"><float name="g" value="0.3"/></phase>
+        </medium></shape>"#;
+    let text = SCENE.replace(r#"<shape type="sphere"><ref id="paint"/></shape>"#, shape);
+    let files = Memory::new().with("s/scene.xml", text).with("s/smoke.vol", grid);
+    let outcome = load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default());
+    let s = outcome.scene.unwrap();
+    let medium = s.media.iter().next().unwrap();
+    let Volume::Grid { density, .. } = &medium.volume else { panic!("no grid") };
+    assert_eq!((medium.g, density.size, density.values[21]), (0.3, [4, 4, 4], 1.0));
+    assert_eq!(s.settings.integrator.kind, IntegratorKind::VolPath);
+    World::build(s).unwrap();
 }
 
 #[test]

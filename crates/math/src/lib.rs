@@ -5,6 +5,7 @@
 
 mod animated;
 mod bounds;
+mod error_function;
 mod frame;
 mod portable;
 mod ray;
@@ -15,6 +16,7 @@ mod vector;
 
 pub use animated::{AnimatedTransform, Decomposed};
 pub use bounds::{Bounds2, Bounds3};
+pub use error_function::{erf, erf_inv};
 pub use frame::Frame;
 pub use portable::{acos, asin, atan, atan2, cos, exp, exp2, ln, log2, powf, sin, sin_cos, tan};
 pub use ray::{Ray, RayDifferential, offset_ray_origin};

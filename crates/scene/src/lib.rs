@@ -23,7 +23,7 @@ pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
 pub use light::{AreaLight, EnvironmentMapping, Light, LightGroup};
 pub use material::{
     AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
-    NormalMap, Roughness, Scattering, SpectrumInput, Translucency,
+    NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, Translucency,
 };
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use parameters::{ParameterError, Value};

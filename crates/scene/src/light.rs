@@ -25,7 +25,8 @@ pub struct AreaLight {
     pub power: Option<f32>,
     /// RGB emission over the surface's uv instead of `radiance`.
     pub image: Option<Handle<TextureImage>>,
-    /// Emission as a texture of illuminants instead of `radiance`: on triangles only.
+    /// Emission as a texture instead of `radiance`, on triangles only: of illuminants, or of unbounded quantities, which are slides before an
+    /// even lamp.
     pub texture: Option<SpectrumInput>,
     /// What it is turned up and down with.
     pub group: Option<Handle<LightGroup>>,
@@ -85,12 +86,29 @@ pub enum Light {
         /// Factor.
         scale: f32,
     },
+    /// A cone along +z of light space whose intensity falls in proportion to the angle, perhaps through a slide.
+    Cone {
+        /// Light to world space.
+        world_from_light: Transform,
+        /// Radiant intensity on the axis, up to `scale`.
+        intensity: Spectrum,
+        /// Factor.
+        scale: f32,
+        /// The angle from the axis where the light ends, in radians.
+        end: f32,
+        /// The angle from the axis where the falloff begins, in radians.
+        start: f32,
+        /// What the light passes: its columns run along x, its rows along y, and it spans the cone's width on a plane across the axis.
+        slide: Option<Handle<TextureImage>>,
+    },
     /// A picture thrown along +z of light space, its top towards +y, its right towards +x.
     Projection {
         /// Light to world space.
         world_from_light: Transform,
         /// The picture: radiant intensity up to `scale`.
         image: Handle<TextureImage>,
+        /// Whether the picture is irradiance instead, of a plane across the axis one unit away, and interpolated between texels.
+        on_screen: bool,
         /// Full angle along the shorter axis, in degrees.
         fov: f32,
         /// Factor.

@@ -184,10 +184,83 @@ pub enum Scattering {
         /// Probability of the second.
         amount: FloatInput,
     },
+    /// One material on the side that the shading normal points to, another on the other side.
+    Sides {
+        /// Where the normal points to.
+        front: Handle<Material>,
+        /// Behind.
+        back: Handle<Material>,
+    },
+    /// A conductor or dielectric with other statistics of its microfacets, and with factors that no physical interface has.
+    Altered {
+        /// The material: a conductor, a dielectric or a thin dielectric.
+        interface: Handle<Material>,
+        /// How the slopes of rough ones are distributed.
+        slopes: Slopes,
+        /// Factor of what is reflected.
+        reflection: Option<SpectrumInput>,
+        /// Factor of what is transmitted.
+        transmission: Option<SpectrumInput>,
+    },
+    /// Mitsuba's plastic: a diffuse base dimmed by what a dielectric interface lets through.
+    Plastic(PlasticInputs),
+    /// Disney's principled surface, as Mitsuba states it.
+    Principled(Box<PrincipledInputs>),
     /// The layered surface of glTF 2.0.
     MetallicRoughness(Box<MetallicRoughnessInputs>),
     /// No scattering: the boundary between two media.
     Interface,
+}
+
+/// How the slopes of microfacets are distributed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slopes {
+    /// Trowbridge-Reitz, masking and shadowing independent of each other.
+    TrowbridgeReitz,
+    /// Beckmann, masking and shadowing independent of each other.
+    Beckmann,
+}
+
+/// The textures of a principled surface; see [`steradian_bsdf::PrincipledParams`].
+#[derive(Clone, Debug)]
+pub struct PrincipledInputs {
+    /// Colour of the base.
+    pub base: SpectrumInput,
+    /// Perceptual roughness.
+    pub roughness: FloatInput,
+    /// How far highlights are stretched.
+    pub anisotropic: FloatInput,
+    /// Share of metal.
+    pub metallic: FloatInput,
+    /// Share of glass.
+    pub transmission: FloatInput,
+    /// Index of refraction.
+    pub eta: f32,
+    /// How far the dielectric's reflection is tinted.
+    pub specular_tint: FloatInput,
+    /// Strength of the coat, and its gloss.
+    pub coat: [FloatInput; 2],
+    /// Strength of the sheen, and how far it is tinted.
+    pub sheen: [FloatInput; 2],
+    /// Share of flattened diffuse reflection.
+    pub flatness: FloatInput,
+    /// Of thin surfaces: from 0 to 2, twice the share of diffuse light that goes to the other side.
+    pub thin: Option<FloatInput>,
+}
+
+/// What plastic is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct PlasticInputs {
+    /// Index of refraction over that of the outside.
+    pub eta: f32,
+    /// Statistics and alpha of a rough interface; a smooth one has none.
+    pub roughness: Option<(Slopes, f32)>,
+    /// Albedo of the base.
+    pub reflectance: SpectrumInput,
+    /// Factor of the mirrored light.
+    pub specular: Option<SpectrumInput>,
+    /// Whether light that comes back to the base is coloured again each time.
+    pub nonlinear: bool,
 }
 
 /// The textures of a metallic-roughness surface; see [`steradian_bsdf::MetallicRoughnessParams`].

@@ -141,6 +141,9 @@ pub enum Texture<T, C> {
     },
     /// The colour at the vertices of a mesh; as a scalar, its opacity.
     Vertex,
+    /// A named quantity of a mesh; zero where the surface has none of that name. Three numbers whose name contains `color` are a
+    /// colour.
+    Attribute(String),
     /// `(1 - amount) * a + amount * b`.
     Mix {
         /// At amount 0.

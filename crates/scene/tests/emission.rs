@@ -251,12 +251,31 @@ fn points_emit_what_is_received() {
         lit(move |s| Light::Goniometric { world_from_light, intensity, image: picture(s, 16, 16), scale })
     };
     let projection = |world_from_light| {
-        lit(move |s| Light::Projection { world_from_light, image: picture(s, 20, 12), fov: 60.0, scale })
+        lit(move |s| Light::Projection {
+            world_from_light,
+            image: picture(s, 20, 12),
+            on_screen: false,
+            fov: 60.0,
+            scale,
+        })
+    };
+    let screen = lit(move |s| {
+        let image = picture(s, 20, 12);
+        Light::Projection { world_from_light: t, image, on_screen: true, fov: 60.0, scale }
+    });
+    let cone = |slide: bool, intensity: Spectrum| {
+        lit(move |s| {
+            let slide = slide.then(|| picture(s, 16, 16));
+            Light::Cone { world_from_light: t, intensity, scale, start: 0.4, end: 0.7, slide }
+        })
     };
     for (name, world, which) in [
         ("point", point, Some(1)),
         ("spot", spot(t, intensity.clone()), Some(1)),
         ("stretched spot", spot(stretched, intensity.clone()), Some(1)),
+        ("cone", cone(false, intensity.clone()), None),
+        ("slide", cone(true, intensity.clone()), None),
+        ("screen", screen, None),
         ("goniometric", goniometric(t, intensity.clone()), Some(1)),
         ("stretched goniometric", goniometric(stretched, intensity.clone()), Some(1)),
         ("projection", projection(t), Some(1)),

@@ -25,6 +25,9 @@ mod wavelengths;
 
 pub use color::{Matrix3, white_balance};
 pub use color_space::ColorSpace;
+/// The integral of the eye's response y-bar over wavelength in nanometres: an even radiance of one has this luminance.
+pub const CIE_Y: f32 = 106.857;
+
 pub use dense::{DENSE_LEN, Dense};
 pub use error::SpectrumError;
 pub use lanes::Lanes;

@@ -210,6 +210,11 @@ impl Spectrum {
         spectral.max(self.rgb.max_component())
     }
 
+    /// Whether it stands for a colour of three numbers.
+    pub fn is_rgb(&self) -> bool {
+        matches!(self.kind, Kind::Sigmoid { .. } | Kind::RgbIlluminant { .. })
+    }
+
     /// Whether the value is the same at all wavelengths, so that for instance a refraction does not disperse.
     pub fn is_constant(&self) -> bool {
         match &self.kind {
@@ -230,6 +235,12 @@ impl Spectrum {
             }
             Kind::Blackbody { scale, .. } => *scale == 0.0,
         }
+    }
+
+    /// The same spectrum with another colour standing for it in RGB mode.
+    pub fn with_rgb(mut self, rgb: [f32; 3]) -> Spectrum {
+        self.rgb = Lanes::from_rgb(rgb);
+        self
     }
 
     /// The linear Rec.709 colour that stands for the spectrum in RGB mode.

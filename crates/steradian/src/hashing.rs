@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use steradian_load::FileAccess;
@@ -47,6 +47,10 @@ impl FileAccess for Hashing<'_> {
 
     fn exists(&self, path: &Path) -> bool {
         self.files.exists(path)
+    }
+
+    fn followed(&self, path: &Path) -> Option<PathBuf> {
+        self.files.followed(path)
     }
 }
 

@@ -113,6 +113,10 @@ fn scattering_name(scattering: &Scattering) -> &'static str {
         Scattering::Subsurface { .. } => "subsurface",
         Scattering::Mix { .. } => "mix",
         Scattering::MetallicRoughness(_) => "metallic-roughness",
+        Scattering::Plastic(_) => "plastic",
+        Scattering::Principled(_) => "principled",
+        Scattering::Altered { .. } => "altered interface",
+        Scattering::Sides { .. } => "two sides",
         Scattering::Interface => "interface",
     }
 }
@@ -178,6 +182,7 @@ fn light_name(light: &Light) -> &'static str {
         Light::Distant { .. } => "distant",
         Light::Goniometric { .. } => "goniometric",
         Light::Projection { .. } => "projection",
+        Light::Cone { .. } => "cone",
         Light::PortalInfinite { .. } => "infinite behind a portal",
         Light::UniformInfinite { .. } => "uniform infinite",
         Light::ImageInfinite { .. } => "image infinite",

@@ -68,14 +68,19 @@ impl Folder<'_> {
     }
 
     fn resolve(&self, name: &str) -> std::result::Result<PathBuf, String> {
-        inside(&self.base, name, self.allow_outside)
+        inside(self.files, &self.base, name, self.allow_outside)
     }
 }
 
 const OUTSIDE: &str = "--allow-outside permits it";
 
 /// A path below a folder; a name that leads out of it is refused unless that is allowed.
-pub(crate) fn inside(base: &Path, name: &str, allow_outside: bool) -> std::result::Result<PathBuf, String> {
+pub(crate) fn inside(
+    files: &dyn FileAccess,
+    base: &Path,
+    name: &str,
+    allow_outside: bool,
+) -> std::result::Result<PathBuf, String> {
     let path = Path::new(name);
     let mut depth = 0i64;
     let mut least = 0;
@@ -91,7 +96,14 @@ pub(crate) fn inside(base: &Path, name: &str, allow_outside: bool) -> std::resul
     if least < 0 && !allow_outside {
         return Err(format!("`{name}` lies outside the scene's folder"));
     }
-    Ok(base.join(path))
+    let joined = base.join(path);
+    if !allow_outside
+        && let (Some(folder), Some(target)) = (files.followed(base), files.followed(&joined))
+        && !target.starts_with(folder)
+    {
+        return Err(format!("`{name}` is a link that leads outside the scene's folder"));
+    }
+    Ok(joined)
 }
 
 fn percent_decode(text: &str) -> String {
@@ -192,11 +204,32 @@ mod tests {
 
     #[test]
     fn nothing_is_read_from_outside_the_folder() {
-        let base = Path::new("scenes/a");
-        assert_eq!(inside(base, "b/../c.bin", false).unwrap(), Path::new("scenes/a/b/../c.bin"));
-        assert!(inside(base, "../c.bin", false).is_err());
-        assert!(inside(base, "b/../../c.bin", false).is_err());
-        assert!(inside(base, "/etc/passwd", false).is_err());
-        assert!(inside(base, "../c.bin", true).is_ok());
+        let (files, base) = (crate::files::Memory::new(), Path::new("scenes/a"));
+        assert_eq!(inside(&files, base, "b/../c.bin", false).unwrap(), Path::new("scenes/a/b/../c.bin"));
+        assert!(inside(&files, base, "../c.bin", false).is_err());
+        assert!(inside(&files, base, "b/../../c.bin", false).is_err());
+        assert!(inside(&files, base, "/etc/passwd", false).is_err());
+        assert!(inside(&files, base, "../c.bin", true).is_ok());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_out_of_the_folder_is_outside() {
+        let dir = tempfile::tempdir().unwrap();
+        let (base, secret) = (dir.path().join("scene"), dir.path().join("secret"));
+        std::fs::create_dir(&base).unwrap();
+        std::fs::create_dir(&secret).unwrap();
+        std::fs::write(secret.join("key"), b"k").unwrap();
+        std::fs::write(base.join("own"), b"o").unwrap();
+        std::os::unix::fs::symlink(secret.join("key"), base.join("link")).unwrap();
+        std::os::unix::fs::symlink(&secret, base.join("folder")).unwrap();
+        std::os::unix::fs::symlink(base.join("own"), base.join("near")).unwrap();
+        let disk = crate::files::Disk;
+        for name in ["link", "folder/key", "folder/../secret/key"] {
+            assert!(inside(&disk, &base, name, false).is_err(), "{name}");
+            assert!(inside(&disk, &base, name, true).is_ok(), "{name}");
+        }
+        assert!(inside(&disk, &base, "own", false).is_ok() && inside(&disk, &base, "near", false).is_ok());
+        assert!(inside(&disk, &base, "absent", false).is_ok(), "what is missing is told by who reads it");
     }
 }

@@ -98,6 +98,7 @@ impl Geometry {
             uvs: self.uvs.first().map(uv).unwrap_or_default(),
             more_uvs: self.uvs.iter().skip(1).map(uv).collect(),
             colors: pick(&self.colors, &used, |c| c),
+            attributes: Vec::new(),
             indices,
             flip: false,
         }

@@ -1,23 +1,41 @@
 //! Emitters of Mitsuba that are not surfaces.
 
 use super::Mitsuba;
-use super::tree::{Object, origin};
-use steradian_image::{Lookup, Wrap};
-use steradian_math::{Transform, Vec3, cos};
-use steradian_scene::{EnvironmentMapping, Light, SpectrumInput};
-use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
+use super::tree::{Object, Value, origin};
+use steradian_image::{Encoding, Lookup, Storage, Texels, Wrap};
+use steradian_math::{PI, Transform, Vec3};
+use steradian_scene::{EnvironmentMapping, Light, SpectrumInput, Texture};
+use steradian_spectrum::{CIE_Y, ColorSpace, Spectrum, SpectrumUse};
 
 impl Mitsuba<'_> {
     /// What an emitter sends: a spectrum, a factor, and a texture if there is one.
     pub(super) fn emission(&mut self, e: &Object, name: &str) -> (Spectrum, f32, Option<SpectrumInput>) {
-        let scale = 1.0 / ColorSpace::Srgb.photometric();
         let white = Spectrum::rgb_illuminant(ColorSpace::Srgb, [1.0; 3]);
-        if self.named(e, name).is_some() {
-            return (white, scale, self.maybe_spectrum(e, name, SpectrumUse::Illuminant));
+        // Colours are as bright as they are under white light, spectra as the eye sees them.
+        let (of_color, of_spectrum) = (1.0 / ColorSpace::Srgb.photometric(), 1.0 / CIE_Y);
+        if let Some(child) = self.named(e, name) {
+            let t = self.object(child);
+            let scale = if matches!(t.kind.as_str(), "uniform" | "rawconstant" | "regular" | "irregular" | "blackbody")
+            {
+                of_spectrum
+            } else {
+                of_color
+            };
+            // In spectral mode Mitsuba takes pictures for spectra of light, without the white of a lamp.
+            let is_picture = t.kind == "bitmap";
+            let usage = if is_picture { SpectrumUse::Unbounded } else { SpectrumUse::Illuminant };
+            let texture = self.texture(&t, usage);
+            return match texture.map(|t| self.scene.spectrum_textures[t].kind.clone()) {
+                Some(Texture::Constant(s)) => (s, scale, None),
+                _ => (white, scale, texture),
+            };
         }
-        let given = e.get(name).cloned();
-        let s = given.and_then(|p| self.spectrum_of(&p.value, SpectrumUse::Illuminant, p.span));
-        (s.unwrap_or(white), scale, None)
+        let Some(p) = e.get(name).cloned() else { return (white, of_color, None) };
+        let scale = match &p.value {
+            Value::Spectrum(_) | Value::SpectrumFile(_) => of_spectrum,
+            _ => of_color,
+        };
+        (self.spectrum_of(&p.value, SpectrumUse::Illuminant, p.span).unwrap_or(white), scale, None)
     }
 
     fn plain_emission(&mut self, e: &Object, name: &str) -> (Spectrum, f32) {
@@ -53,6 +71,7 @@ impl Mitsuba<'_> {
                 }
             }
             "spot" => self.spot(e, &world),
+            "projector" => self.projector(e, &world),
             "envmap" => self.envmap(e, &world),
             _ => {
                 self.not_built(e);
@@ -65,21 +84,43 @@ impl Mitsuba<'_> {
 
     fn spot(&mut self, e: &Object, world: &Transform) -> Option<Light> {
         let (intensity, scale) = self.plain_emission(e, "intensity");
-        if self.named(e, "texture").is_some() {
-            self.error("a texture of the emitter `spot` is not built", e.span);
-        }
+        let slide = self.named(e, "texture").and_then(|i| {
+            let t = self.object(i);
+            let image = self.bitmap(&t, true).map(|m| m.image);
+            self.finish(&t);
+            image
+        });
         let cutoff = self.float(e, "cutoff_angle", 20.0);
         let beam = self.float(e, "beam_width", cutoff * 0.75);
-        if !(beam > 0.0 && beam <= cutoff && cutoff <= 180.0) {
+        if !(beam >= 0.0 && beam <= cutoff && cutoff <= 180.0) {
             self.error(format!("a cone from {beam} to {cutoff} degrees is none"), e.span);
             return None;
         }
-        self.note_once(
-            "spots fall off smoothly between `beam_width` and `cutoff_angle`, not in proportion to the angle",
-            e.span,
-        );
-        let (cos_end, cos_start) = (cos(cutoff.to_radians()), cos(beam.to_radians()));
-        Some(Light::Spot { world_from_light: *world, intensity, scale, cos_end, cos_start })
+        let (start, end) = (beam.to_radians(), cutoff.to_radians());
+        Some(Light::Cone { world_from_light: *world, intensity, scale, start, end, slide })
+    }
+
+    fn projector(&mut self, e: &Object, world: &Transform) -> Option<Light> {
+        let factor = PI * self.float(e, "scale", 1.0) / ColorSpace::Srgb.photometric();
+        let image = match self.named(e, "irradiance") {
+            Some(i) => {
+                let t = self.object(i);
+                let image = self.bitmap(&t, true)?.image;
+                self.finish(&t);
+                image
+            }
+            None => {
+                let (s, scale, _) = self.emission(e, "irradiance");
+                let rgb = Storage::F32(s.rgb().map(|v| v * scale).to_vec());
+                let texels = Texels::new(1, 1, 3, rgb, Encoding::Linear).ok()?;
+                self.push_image("irradiance", texels, Lookup::Bilinear, Wrap::Clamp)
+            }
+        };
+        let texels = &self.scene.images[image].texels;
+        let fov = self.field_of_view(e, [texels.width() as u32, texels.height() as u32]);
+        // x runs to the left of the picture, as with sensors.
+        let world_from_light = world.mul(&Transform::scale(-1.0, 1.0, 1.0)?);
+        Some(Light::Projection { world_from_light, image, on_screen: true, fov, scale: factor })
     }
 
     fn envmap(&mut self, e: &Object, world: &Transform) -> Option<Light> {

@@ -1,11 +1,10 @@
 //! BSDFs of Mitsuba as materials.
 
 use super::Mitsuba;
-use super::tree::{Object, Value};
-use steradian_math::sqr;
+use super::tree::Object;
 use steradian_scene::{
-    AnisotropyInputs, Coat, FloatInput, Handle, Ior, Material, Metal, MetallicRoughnessInputs, NormalMap, Roughness,
-    Scattering, SpectrumInput, Texture,
+    FloatInput, Handle, Ior, Material, Metal, NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering,
+    Slopes, SpectrumInput, SpectrumTexture, Texture,
 };
 use steradian_spectrum::{Spectrum, SpectrumUse};
 
@@ -14,14 +13,39 @@ use steradian_spectrum::{Spectrum, SpectrumUse};
 pub(super) struct Cover {
     pub material: Handle<Material>,
     pub alpha: Option<FloatInput>,
+    /// Whether the back is black.
+    one_sided: bool,
 }
 
 /// Materials inside of materials, at most.
 const MOST_NESTED: usize = 32;
 
 impl Mitsuba<'_> {
-    /// The material of a BSDF.
-    pub(super) fn cover(&mut self, index: usize, depth: usize) -> Cover {
+    /// What a shape wears: the material of a BSDF, and its black back if it has one.
+    pub(super) fn worn(&mut self, bsdf: Option<usize>) -> (Handle<Material>, Option<FloatInput>) {
+        let cover = match bsdf {
+            Some(index) => self.cover(index, 0),
+            None => self.default_cover(),
+        };
+        (self.both_sides(cover, bsdf), cover.alpha)
+    }
+
+    /// The material with its back, made once for each BSDF.
+    fn both_sides(&mut self, cover: Cover, bsdf: Option<usize>) -> Handle<Material> {
+        if !cover.one_sided {
+            return cover.material;
+        }
+        if let Some(known) = self.sides.get(&bsdf) {
+            return *known;
+        }
+        let reflectance = self.constant(Spectrum::constant(0.0, SpectrumUse::Albedo));
+        let back = self.plain(Scattering::Diffuse { reflectance }).material;
+        let sides = self.plain(Scattering::Sides { front: cover.material, back }).material;
+        self.sides.insert(bsdf, sides);
+        sides
+    }
+
+    fn cover(&mut self, index: usize, depth: usize) -> Cover {
         if let Some(cover) = self.covers.get(&index) {
             return *cover;
         }
@@ -36,20 +60,53 @@ impl Mitsuba<'_> {
         cover
     }
 
-    pub(super) fn default_cover(&mut self) -> Cover {
+    fn default_cover(&mut self) -> Cover {
         let reflectance = self.constant(Spectrum::constant(0.5, SpectrumUse::Albedo));
-        self.plain(Scattering::Diffuse { reflectance })
+        self.opaque(Scattering::Diffuse { reflectance })
     }
 
     fn plain(&mut self, scattering: Scattering) -> Cover {
         let material = Material { name: String::new(), scattering, displacement: None, normal_map: None };
-        Cover { material: self.scene.materials.push(material), alpha: None }
+        Cover { material: self.scene.materials.push(material), alpha: None, one_sided: false }
+    }
+
+    /// What scatters on its front only.
+    fn opaque(&mut self, scattering: Scattering) -> Cover {
+        Cover { one_sided: true, ..self.plain(scattering) }
+    }
+
+    /// A conductor or dielectric with Mitsuba's statistics of slopes and its factors.
+    fn altered(&mut self, o: &Object, scattering: Scattering) -> Cover {
+        let interface = self.plain(scattering).material;
+        let reflection = self.maybe_spectrum(o, "specular_reflectance", SpectrumUse::Albedo);
+        let transmission = self.maybe_spectrum(o, "specular_transmittance", SpectrumUse::Albedo);
+        let slopes = self.slopes(o);
+        self.plain(Scattering::Altered { interface, slopes, reflection, transmission })
+    }
+
+    fn slopes(&mut self, o: &Object) -> Slopes {
+        // How Mitsuba samples changes nothing in what it shows.
+        o.get("sample_visible");
+        match self.text(o, "distribution").as_deref() {
+            None | Some("beckmann") => Slopes::Beckmann,
+            Some("ggx") => Slopes::TrowbridgeReitz,
+            Some(other) => {
+                self.error(format!("`{other}` is none of the distributions beckmann and ggx"), o.span);
+                Slopes::Beckmann
+            }
+        }
+    }
+
+    /// The BSDFs inside of another, in order.
+    fn inner(&mut self, o: &Object) -> Vec<usize> {
+        let children = self.children(&o.children).into_iter().map(|c| c.1);
+        children.filter(|&i| self.reader.tree.objects[i].class == "bsdf").collect()
     }
 
     /// The one BSDF inside of another.
     fn nested(&mut self, o: &Object, depth: usize) -> Cover {
-        match self.child(o, "bsdf") {
-            Some(inner) => self.cover(inner, depth + 1),
+        match self.inner(o).first() {
+            Some(&inner) => self.cover(inner, depth + 1),
             None => {
                 self.error(format!("the bsdf `{}` needs another inside", o.kind), o.span);
                 self.default_cover()
@@ -61,34 +118,30 @@ impl Mitsuba<'_> {
         let albedo = SpectrumUse::Albedo;
         match o.kind.as_str() {
             "diffuse" => {
-                self.note_once("surfaces of opaque BSDFs scatter on both sides, with or without `twosided`", o.span);
                 let reflectance = self.spectrum(o, "reflectance", albedo, 0.5);
-                self.plain(Scattering::Diffuse { reflectance })
+                self.opaque(Scattering::Diffuse { reflectance })
             }
-            "twosided" => self.nested(o, depth),
+            "twosided" => match self.inner(o)[..] {
+                [front, back] => {
+                    let (front, back) = (self.cover(front, depth + 1), self.cover(back, depth + 1));
+                    self.plain(Scattering::Sides { front: front.material, back: back.material })
+                }
+                _ => Cover { one_sided: false, ..self.nested(o, depth) },
+            },
             "null" => self.plain(Scattering::Interface),
-            "dielectric" => {
+            "dielectric" | "roughdielectric" => {
                 let eta = Ior::Constant(self.relative_index(o, 1.5046));
-                self.only_white(o, &["specular_reflectance", "specular_transmittance"]);
-                let roughness = self.smooth();
-                self.plain(Scattering::Dielectric { eta, roughness })
-            }
-            "roughdielectric" => {
-                let eta = Ior::Constant(self.relative_index(o, 1.5046));
-                self.only_white(o, &["specular_reflectance", "specular_transmittance"]);
-                let roughness = self.roughness(o);
-                self.plain(Scattering::Dielectric { eta, roughness })
+                let roughness = if o.kind == "dielectric" { self.smooth() } else { self.roughness(o) };
+                self.altered(o, Scattering::Dielectric { eta, roughness })
             }
             "thindielectric" => {
                 let eta = Ior::Constant(self.relative_index(o, 1.5046));
-                self.only_white(o, &["specular_reflectance", "specular_transmittance"]);
-                self.plain(Scattering::ThinDielectric { eta })
+                self.altered(o, Scattering::ThinDielectric { eta })
             }
             "conductor" | "roughconductor" => {
                 let roughness = if o.kind == "conductor" { self.smooth() } else { self.roughness(o) };
-                self.only_white(o, &["specular_reflectance"]);
                 let metal = self.metal_of(o);
-                self.plain(Scattering::Conductor { metal, roughness })
+                Cover { one_sided: true, ..self.altered(o, Scattering::Conductor { metal, roughness }) }
             }
             "plastic" | "roughplastic" => self.plastic(o),
             "mask" => {
@@ -144,29 +197,6 @@ impl Mitsuba<'_> {
         absent
     }
 
-    /// Parameters that can only be 1 here.
-    fn only_white(&mut self, o: &Object, names: &[&str]) {
-        for name in names {
-            let textured = self.named(o, name).is_some();
-            let Some(p) = o.get(name).cloned() else {
-                if textured {
-                    self.note_once(&format!("`{name}` is not used: all light is reflected"), o.span);
-                }
-                continue;
-            };
-            let is_one = match &p.value {
-                Value::Float(v) => *v == 1.0,
-                Value::Integer(v) => *v == 1,
-                Value::Rgb(rgb) => *rgb == [1.0; 3],
-                Value::Spectrum(s) => s.iter().all(|v| v.1 == 1.0),
-                _ => false,
-            };
-            if !is_one {
-                self.note_once(&format!("`{name}` is not used: all light is reflected"), p.span);
-            }
-        }
-    }
-
     fn smooth(&mut self) -> Roughness {
         let zero = self.number(0.0);
         Roughness { u: zero, v: zero, remap: false }
@@ -177,23 +207,13 @@ impl Mitsuba<'_> {
         let has = |name: &str| o.params.contains_key(name) || o.children.iter().any(|c| c.0 == name);
         let u = if has("alpha_u") { self.float_input(o, "alpha_u", 0.1) } else { both };
         let v = if has("alpha_v") { self.float_input(o, "alpha_v", 0.1) } else { both };
-        // How Mitsuba samples changes nothing in what it shows.
-        o.get("sample_visible");
-        match self.text(o, "distribution").as_deref() {
-            Some("ggx") => {}
-            // Beckmann's is the default.
-            _ => self.note_once(
-                "rough surfaces have the distribution `ggx` instead of `beckmann`, with the same alpha",
-                o.span,
-            ),
-        }
         Roughness { u, v, remap: false }
     }
 
     fn metal_of(&mut self, o: &Object) -> Metal {
         let unbounded = SpectrumUse::Unbounded;
         let name = self.text(o, "material");
-        if let Some(name) = name.filter(|n| n != "none") {
+        if let Some(name) = name.clone().filter(|n| n != "none") {
             if let Some([eta, k]) = self.metal(&name, o.span) {
                 return Metal::Ior { eta: self.constant(eta), k: self.constant(k) };
             }
@@ -201,133 +221,91 @@ impl Mitsuba<'_> {
             let (eta, k) = (self.spectrum(o, "eta", unbounded, 0.0), self.spectrum(o, "k", unbounded, 1.0));
             return Metal::Ior { eta, k };
         }
+        if name.is_none() && (o.params.contains_key("k") || o.children.iter().any(|c| c.0 == "k")) {
+            let (eta, k) = (self.constant(Spectrum::constant(0.0, unbounded)), self.spectrum(o, "k", unbounded, 1.0));
+            return Metal::Ior { eta, k };
+        }
         // A perfect mirror.
         let (eta, k) = (Spectrum::constant(0.0, unbounded), Spectrum::constant(1e4, unbounded));
         Metal::Ior { eta: self.constant(eta), k: self.constant(k) }
     }
 
-    /// A dielectric coat over a diffuse base. Mitsuba leaves the base's colour as it is however often light comes back to it,
-    /// unless told to be `nonlinear`: the colour is chosen here that gives the same.
     fn plastic(&mut self, o: &Object) -> Cover {
         let eta = self.relative_index(o, 1.49);
-        let nonlinear = self.flag(o, "nonlinear", false);
-        self.only_white(o, &["specular_reflectance"]);
-        let roughness = if o.kind == "plastic" { self.smooth() } else { self.roughness(o) };
-        let reflectance = match o.get("diffuse_reflectance").cloned() {
-            Some(p) if !nonlinear => {
-                let f = internal_reflectance(eta);
-                let darker = |r: f32| r / (1.0 - f + r * f);
-                let value = match &p.value {
-                    Value::Rgb(rgb) => Value::Rgb(rgb.map(darker)),
-                    Value::Float(v) => Value::Float(darker(*v)),
-                    Value::Spectrum(s) => Value::Spectrum(s.iter().map(|&(l, v)| (l, darker(v))).collect()),
-                    other => other.clone(),
-                };
-                let s = self.spectrum_of(&value, SpectrumUse::Albedo, p.span);
-                s.map(|s| self.constant(s))
-            }
-            _ => None,
-        };
-        if reflectance.is_none() && !nonlinear && self.named(o, "diffuse_reflectance").is_some() {
-            self.note_once("textured plastic has its colour multiplied as if `nonlinear`", o.span);
+        if eta <= 1.0 {
+            self.error("plastic must be denser than what is around it", o.span);
         }
-        let reflectance =
-            reflectance.unwrap_or_else(|| self.spectrum(o, "diffuse_reflectance", SpectrumUse::Albedo, 0.5));
-        let (thickness, g) = (self.number(1e-6), self.number(0.0));
-        let albedo = self.constant(Spectrum::constant(0.0, SpectrumUse::Albedo));
-        let coat = Coat { roughness, eta: Ior::Constant(eta), thickness, albedo, g, max_depth: 100, samples: 1 };
-        self.plain(Scattering::CoatedDiffuse { reflectance, coat })
+        let roughness = (o.kind == "roughplastic").then(|| (self.slopes(o), self.float(o, "alpha", 0.1)));
+        let inputs = PlasticInputs {
+            eta,
+            roughness,
+            reflectance: self.spectrum(o, "diffuse_reflectance", SpectrumUse::Albedo, 0.5),
+            specular: self.maybe_spectrum(o, "specular_reflectance", SpectrumUse::Albedo),
+            nonlinear: self.flag(o, "nonlinear", false),
+        };
+        self.opaque(Scattering::Plastic(inputs))
     }
 
     fn blend(&mut self, o: &Object, depth: usize) -> Cover {
-        let inner: Vec<usize> = self
-            .children(&o.children)
-            .into_iter()
-            .map(|c| c.1)
-            .filter(|&i| self.tree().objects[i].class == "bsdf")
-            .collect();
-        let [a, b] = inner[..] else {
+        let [a, b] = self.inner(o)[..] else {
             self.error("a blend needs two BSDFs inside", o.span);
             return self.default_cover();
         };
-        let (a, b) = (self.cover(a, depth + 1), self.cover(b, depth + 1));
+        let covers = [a, b].map(|i| self.cover(i, depth + 1));
         let amount = self.float_input(o, "weight", 0.5);
-        self.plain(Scattering::Mix { materials: [a.material, b.material], amount })
+        let one_sided = covers.iter().all(|c| c.one_sided);
+        // Diffuse surfaces blend as their colours do, without a choice by chance.
+        if let [Some(a), Some(b)] = covers.map(|c| self.diffuse_color(c.material)) {
+            let kind = Texture::Mix { a, b, amount };
+            let usage = SpectrumUse::Albedo;
+            let reflectance = self.scene.spectrum_textures.push(SpectrumTexture { usage, kind });
+            return Cover { one_sided, ..self.plain(Scattering::Diffuse { reflectance }) };
+        }
+        let sides = [a, b].map(Some);
+        let materials: [_; 2] =
+            std::array::from_fn(|i| if one_sided { covers[i].material } else { self.both_sides(covers[i], sides[i]) });
+        Cover { one_sided, ..self.plain(Scattering::Mix { materials, amount }) }
+    }
+
+    /// The reflectance of a diffuse material that nothing perturbs.
+    fn diffuse_color(&self, material: Handle<Material>) -> Option<SpectrumInput> {
+        let m = &self.scene.materials[material];
+        match m.scattering {
+            Scattering::Diffuse { reflectance } if m.displacement.is_none() && m.normal_map.is_none() => {
+                Some(reflectance)
+            }
+            _ => None,
+        }
     }
 
     fn principled(&mut self, o: &Object) -> Cover {
-        self.note_once(
-            "`principled` is shown by the layered surface of glTF, which differs in its diffuse part and sheen",
-            o.span,
-        );
         let thin = o.kind == "principledthin";
-        let base: SpectrumInput = self.spectrum(o, "base_color", SpectrumUse::Albedo, 0.5);
-        let metallic = self.float_input(o, "metallic", 0.0);
-        let roughness = self.float_input(o, "roughness", 0.5);
-        let eta = if o.params.contains_key("eta") {
+        let eta = if thin || o.params.contains_key("eta") {
             self.float(o, "eta", 1.5)
         } else {
-            // Disney's: the index that reflects eight hundredths of it.
-            let root = (0.08 * self.float(o, "specular", 0.5).clamp(0.0, 1.0)).sqrt();
-            (1.0 + root) / (1.0 - root)
+            // The index that reflects eight hundredths of it.
+            2.0 / (1.0 - (0.08 * self.float(o, "specular", 0.5).clamp(0.0, 1.0)).sqrt()) - 1.0
         };
-        let has = |name: &str| o.params.contains_key(name) || o.children.iter().any(|c| c.0 == name);
-        let transmission = has("spec_trans").then(|| self.float_input(o, "spec_trans", 0.0));
-        let coat = has("clearcoat").then(|| {
-            let share = self.float_input(o, "clearcoat", 0.0);
-            let gloss = self.float(o, "clearcoat_gloss", 0.0);
-            // Alpha from a tenth to a thousandth, as roughness.
-            [share, self.number((0.1 + gloss * (0.001 - 0.1)).max(0.0).sqrt())]
-        });
-        let sheen = has("sheen").then(|| {
-            let s = self.float(o, "sheen", 0.0).clamp(0.0, 1.0);
-            (self.constant(Spectrum::constant(s, SpectrumUse::Albedo)), self.number(0.5))
-        });
-        let back = has("diff_trans").then(|| {
-            let share = self.float(o, "diff_trans", 0.0);
-            (self.number(share / 2.0), base)
-        });
-        let stretch = has("anisotropic").then(|| self.float_input(o, "anisotropic", 0.0));
-        let inputs = MetallicRoughnessInputs {
-            base,
-            metallic,
-            roughness,
-            eta: Ior::Constant(eta.max(1.0)),
-            specular: None,
-            specular_color: None,
-            f0: None,
-            transmission,
-            thin,
-            diffuse_transmission: back,
-            coat,
-            sheen,
-            film: None,
-            anisotropy: stretch.map(|strength| AnisotropyInputs {
-                strength,
-                rotation: 0.0,
-                direction: None,
-                mirrored: false,
-            }),
+        let inputs = PrincipledInputs {
+            base: self.spectrum(o, "base_color", SpectrumUse::Albedo, 0.5),
+            roughness: self.float_input(o, "roughness", 0.5),
+            anisotropic: self.float_input(o, "anisotropic", 0.0),
+            metallic: self.float_input(o, "metallic", 0.0),
+            transmission: self.float_input(o, "spec_trans", 0.0),
+            eta: eta.max(1.001),
+            specular_tint: self.float_input(o, "spec_tint", 0.0),
+            coat: [self.float_input(o, "clearcoat", 0.0), self.float_input(o, "clearcoat_gloss", 0.0)],
+            sheen: [self.float_input(o, "sheen", 0.0), self.float_input(o, "sheen_tint", 0.0)],
+            flatness: self.float_input(o, "flatness", 0.0),
+            thin: thin.then(|| self.float_input(o, "diff_trans", 0.0)),
         };
-        for name in ["spec_tint", "sheen_tint", "flatness"] {
-            if has(name) {
-                self.note_once(&format!("`{name}` of `principled` is not used"), o.span);
-                o.get(name);
-            }
+        // How often parts are sampled changes nothing in what is shown.
+        for part in
+            ["main_specular", "clearcoat", "diffuse_reflectance", "specular_reflectance", "specular_transmittance"]
+        {
+            o.get(&format!("{part}_sampling_rate"));
         }
-        self.plain(Scattering::MetallicRoughness(Box::new(inputs)))
+        o.get("diffuse_transmittance_sampling_rate");
+        self.plain(Scattering::Principled(Box::new(inputs)))
     }
-}
-
-/// Share of diffuse light that a smooth interface sends back to below it: `2 int F(cos) cos dcos`.
-fn internal_reflectance(eta: f32) -> f32 {
-    const STEPS: u32 = 4096;
-    (0..STEPS)
-        .map(|i| {
-            let cos = (i as f32 + 0.5) / STEPS as f32;
-            let sin2 = (1.0 - sqr(cos)) * sqr(eta);
-            let f = if sin2 >= 1.0 { 1.0 } else { steradian_bsdf::fresnel_dielectric(-cos, eta) };
-            2.0 * f * cos / STEPS as f32
-        })
-        .sum()
 }

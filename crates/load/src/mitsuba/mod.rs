@@ -5,6 +5,7 @@
 
 mod emitters;
 mod materials;
+mod media;
 mod sensors;
 mod shapes;
 mod spectra;
@@ -17,7 +18,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use steradian_image::Texels;
-use steradian_scene::{Handle, IntegratorKind, Medium, Scene};
+use steradian_scene::{Handle, IntegratorKind, Material, Medium, RenderSettings, Scene};
 use steradian_syntax::{Diagnostic, Severity, Span};
 use tree::{Child, Object, Reader, Tree, Value};
 
@@ -27,6 +28,8 @@ struct Mitsuba<'a> {
     reader: Reader<'a>,
     scene: Scene,
     covers: BTreeMap<usize, materials::Cover>,
+    /// Materials with their backs, by their BSDF.
+    sides: BTreeMap<Option<usize>, Handle<Material>>,
     objects: BTreeMap<usize, Handle<steradian_scene::Object>>,
     media: BTreeMap<usize, Handle<Medium>>,
     pictures: RefCell<BTreeMap<(String, bool), Texels>>,
@@ -42,8 +45,13 @@ pub(crate) fn load(path: &Path, files: &dyn FileAccess, options: &ModelOptions) 
     let mut m = Mitsuba {
         files,
         reader,
-        scene: Scene::new(default_settings(&path.display().to_string())),
+        scene: Scene::new(RenderSettings {
+            // Mitsuba looks at texels as they are.
+            disable_texture_filtering: true,
+            ..default_settings(&path.display().to_string())
+        }),
         covers: BTreeMap::new(),
+        sides: BTreeMap::new(),
         objects: BTreeMap::new(),
         media: BTreeMap::new(),
         pictures: RefCell::default(),

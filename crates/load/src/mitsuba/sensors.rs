@@ -26,6 +26,13 @@ impl Mitsuba<'_> {
             "perspective" | "thinlens" => {
                 let fov = self.field_of_view(o, size);
                 camera.projection = Projection::Perspective { fov };
+                let shift = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| self.float(o, n, 0.0));
+                if shift != [0.0; 2] {
+                    let [w, h] = size.map(|n| n as f32);
+                    let (x, y) = (w / w.min(h), h / w.min(h));
+                    let (dx, dy) = (2.0 * x * shift[0], 2.0 * y * shift[1]);
+                    camera.screen_window = Some([-x + dx, x + dx, -y - dy, y - dy]);
+                }
                 if o.kind == "thinlens" {
                     camera.lens_radius = self.float(o, "aperture_radius", 0.0);
                     camera.focal_distance = self.float(o, "focus_distance", 1e4);
@@ -54,7 +61,7 @@ impl Mitsuba<'_> {
     }
 
     /// The full angle along the shorter side, in degrees.
-    fn field_of_view(&mut self, o: &Object, [w, h]: [u32; 2]) -> f32 {
+    pub(super) fn field_of_view(&mut self, o: &Object, [w, h]: [u32; 2]) -> f32 {
         let (w, h) = (w as f32, h as f32);
         let diagonal = (w * w + h * h).sqrt();
         let (half, along) = if o.params.contains_key("fov") {
@@ -121,7 +128,7 @@ impl Mitsuba<'_> {
             "tent" => of(FilterKind::Triangle, self.float(f, "radius", 1.0)),
             "gaussian" => gaussian(self.float(f, "stddev", 0.5)),
             "mitchell" => {
-                let (b, c) = (self.float(f, "A", 1.0 / 3.0), self.float(f, "B", 1.0 / 3.0));
+                let (b, c) = (self.float(f, "B", 1.0 / 3.0), self.float(f, "C", 1.0 / 3.0));
                 of(FilterKind::Mitchell { b, c }, 2.0)
             }
             "catmullrom" => of(FilterKind::Mitchell { b: 0.0, c: 0.5 }, 2.0),

@@ -5,10 +5,9 @@ use super::tree::{Object, Value};
 use crate::files::read_all;
 use crate::ply;
 use std::io::Read;
-use steradian_geometry::{Cylinder, Disk, Sphere, TriangleMesh};
-use steradian_math::{Frame, Normal3, Point2, Point3, Transform, Vec3};
-use steradian_scene::{AreaLight, Coefficients, Handle, Instance, Medium, MediumInterface, Primitive, Shape, Volume};
-use steradian_spectrum::{Spectrum, SpectrumUse};
+use steradian_geometry::{Cylinder, Disk, MeshAttribute, Sphere, TriangleMesh};
+use steradian_math::{Frame, Normal3, Point2, Point3, Transform, Vec3, safe_acos};
+use steradian_scene::{AreaLight, Handle, Instance, Primitive, Shape};
 
 impl Mitsuba<'_> {
     /// Adds a shape to the scene, or to a group.
@@ -41,11 +40,9 @@ impl Mitsuba<'_> {
             _ => {}
         }
         let flip = self.flag(o, "flip_normals", false);
-        let Some((shape, local)) = self.geometry(o) else { return };
-        let cover = match self.child(o, "bsdf") {
-            Some(b) => self.cover(b, 0),
-            None => self.default_cover(),
-        };
+        let Some((shape, local)) = self.geometry(o, &world) else { return };
+        let bsdf = self.child(o, "bsdf");
+        let (material, alpha) = self.worn(bsdf);
         let area_light = self.child(o, "emitter").and_then(|e| {
             let e = self.object(e);
             self.area_light(&e)
@@ -56,10 +53,19 @@ impl Mitsuba<'_> {
             shape,
             world_from_object: world.mul(&local),
             reverse_orientation: flip,
-            material: cover.material,
+            material,
             area_light,
-            alpha: cover.alpha,
+            alpha,
             media,
+        };
+        // A transform that swaps handedness turns over what has no normals of its own, but not so in Mitsuba.
+        let has_normals = match &primitive.shape {
+            Shape::Triangles(m) => !self.scene.triangle_meshes[*m].normals.is_empty(),
+            _ => false,
+        };
+        let primitive = Primitive {
+            reverse_orientation: flip ^ (!has_normals && primitive.world_from_object.swaps_handedness()),
+            ..primitive
         };
         match group {
             Some(g) => self.scene.objects[g].primitives.push(primitive),
@@ -109,7 +115,7 @@ impl Mitsuba<'_> {
     }
 
     /// The shape, and a transform of its own.
-    fn geometry(&mut self, o: &Object) -> Option<(Shape, Transform)> {
+    fn geometry(&mut self, o: &Object, world: &Transform) -> Option<(Shape, Transform)> {
         let identity = Transform::IDENTITY;
         let whole = 360.0;
         match o.kind.as_str() {
@@ -121,9 +127,11 @@ impl Mitsuba<'_> {
                     self.error("a sphere needs a positive radius", o.span);
                     return None;
                 };
-                Some((Shape::Sphere(sphere), Transform::translate(center)))
+                // v runs from +z to -z: upside down.
+                let local = Transform::translate(center).mul(&Transform::scale(1.0, 1.0, -1.0)?);
+                Some((Shape::Sphere(sphere), local))
             }
-            "disk" => Some((Shape::Disk(Disk::new(0.0, 1.0, 0.0, whole)?), identity)),
+            "disk" => Some((Shape::Disk(Disk::new(0.0, 1.0, 0.0, whole)?.radial()), identity)),
             "cylinder" => {
                 let radius = self.float(o, "radius", 1.0);
                 let p0 = self.vector(o, "p0").unwrap_or_default();
@@ -142,7 +150,7 @@ impl Mitsuba<'_> {
             "rectangle" => Some((self.push_mesh(rectangle()), identity)),
             "cube" => Some((self.push_mesh(cube()), identity)),
             "obj" | "ply" | "serialized" => {
-                let mesh = self.mesh(o)?;
+                let mesh = self.mesh(o, world)?;
                 Some((self.push_mesh(mesh), identity))
             }
             _ => {
@@ -156,7 +164,7 @@ impl Mitsuba<'_> {
         Shape::Triangles(self.scene.triangle_meshes.push(mesh))
     }
 
-    fn mesh(&mut self, o: &Object) -> Option<TriangleMesh> {
+    fn mesh(&mut self, o: &Object, world: &Transform) -> Option<TriangleMesh> {
         let Some(name) = self.text(o, "filename") else {
             self.error(format!("the shape `{}` needs a `filename`", o.kind), o.span);
             return None;
@@ -176,9 +184,10 @@ impl Mitsuba<'_> {
         let mut mesh = read.map_err(|m| self.error(m, o.span)).ok()?;
         if flat {
             mesh.normals = Vec::new();
+        } else if mesh.normals.is_empty() {
+            mesh.normals = smooth_normals(&mesh, world);
         }
-        // OBJ counts v upwards and Mitsuba turns it over; what was turned over must not be so again.
-        if flip_v != (o.kind == "obj") {
+        if flip_v {
             mesh.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
         }
         Some(mesh)
@@ -192,71 +201,6 @@ impl Mitsuba<'_> {
         let (radiance, scale, texture) = self.emission(e, "radiance");
         self.finish(e);
         Some(AreaLight { radiance, scale, two_sided: false, power: None, image: None, texture, group: None })
-    }
-
-    /// The media on the two sides of a shape.
-    fn media_of(&mut self, o: &Object) -> Option<MediumInterface> {
-        let (interior, exterior) = (self.named(o, "interior"), self.named(o, "exterior"));
-        if interior.is_none() && exterior.is_none() {
-            return None;
-        }
-        let inside = interior.and_then(|i| self.medium(i));
-        let outside = exterior.and_then(|i| self.medium(i));
-        Some(MediumInterface { inside, outside })
-    }
-
-    pub(super) fn medium(&mut self, index: usize) -> Option<Handle<Medium>> {
-        if let Some(h) = self.media.get(&index) {
-            return Some(*h);
-        }
-        let o = self.object(index);
-        if o.kind != "homogeneous" {
-            self.not_built(&o);
-            return None;
-        }
-        let of = |this: &mut Self, name: &str, absent: f32| -> Spectrum {
-            let p = o.get(name).cloned();
-            p.and_then(|p| this.spectrum_of(&p.value, SpectrumUse::Unbounded, p.span))
-                .unwrap_or_else(|| Spectrum::constant(absent, SpectrumUse::Unbounded))
-        };
-        let (albedo, sigma_t) = (of(self, "albedo", 0.75), of(self, "sigma_t", 1.0));
-        let scale = self.float(&o, "scale", 1.0);
-        let g = match self.child(&o, "phase") {
-            None => 0.0,
-            Some(p) => {
-                let p = self.object(p);
-                match p.kind.as_str() {
-                    "isotropic" => 0.0,
-                    "hg" => self.float(&p, "g", 0.8),
-                    _ => {
-                        self.not_built(&p);
-                        0.0
-                    }
-                }
-            }
-        };
-        self.finish(&o);
-        // Scattering is the product of two spectra. Colours multiply as colours do.
-        let (a, t) = (albedo.rgb(), sigma_t.rgb());
-        let product = |f: &dyn Fn(f32, f32) -> f32| -> Spectrum {
-            let rgb = std::array::from_fn(|i| f(a[i], t[i]).max(0.0));
-            Spectrum::rgb_unbounded(steradian_spectrum::ColorSpace::Srgb, rgb)
-        };
-        let coefficients = Coefficients { sigma_a: product(&|a, t| (1.0 - a) * t), sigma_s: product(&|a, t| a * t) };
-        let medium = Medium {
-            name: String::new(),
-            g,
-            scale,
-            world_from_medium: Transform::IDENTITY,
-            volume: Volume::Homogeneous { coefficients, emission: None },
-        };
-        if let Err(e) = medium.validate() {
-            self.error(e.to_string(), o.span);
-            return None;
-        }
-        let handle = self.scene.media.push(medium);
-        self.media.insert(index, handle);
-        Some(handle)
     }
 }
 
@@ -273,36 +217,66 @@ fn rectangle() -> TriangleMesh {
 
 /// Six squares from -1 to 1, each with the whole of the texture.
 fn cube() -> TriangleMesh {
+    // By bits: the signs of x, y and z.
+    const CORNERS: [[u32; 4]; 6] = [[1, 5, 4, 0], [3, 2, 6, 7], [1, 3, 7, 5], [5, 7, 6, 4], [4, 6, 2, 0], [3, 1, 0, 2]];
+    const UVS: [(f32, f32); 4] = [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)];
     let mut mesh = TriangleMesh::default();
-    for axis in 0..3 {
-        for sign in [-1.0f32, 1.0] {
-            let mut n = [0.0; 3];
-            n[axis] = sign;
-            let z = Vec3::from_array(n);
-            let mut up = [0.0; 3];
-            up[(axis + 1) % 3] = 1.0;
-            let y = Vec3::from_array(up);
-            let x = y.cross(z);
-            let first = mesh.positions.len() as u32;
-            for (u, v) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-                let p = z + x * u + y * v;
-                mesh.positions.push(Point3::new(p.x, p.y, p.z));
-                mesh.normals.push(z.to_normal());
-                mesh.uvs.push(Point2::new((u + 1.0) / 2.0, (v + 1.0) / 2.0));
-            }
-            mesh.indices.extend([[0, 1, 2], [0, 2, 3]].map(|f| f.map(|i: u32| first + i)));
-        }
+    for side in CORNERS {
+        let p = side.map(|c| {
+            let sign = |bit: u32| if c >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            Point3::new(sign(0), sign(1), sign(2))
+        });
+        let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize().to_normal();
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(p);
+        mesh.normals.extend([n; 4]);
+        mesh.uvs.extend(UVS.map(|(u, v)| Point2::new(u, v)));
+        mesh.indices.extend([[first, first + 1, first + 2], [first + 3, first, first + 2]]);
     }
     mesh
 }
 
+/// Normals of a mesh that has none: those of the faces, weighted by their angles in world space (Thuermer and Wuethrich 1998).
+fn smooth_normals(mesh: &TriangleMesh, world: &Transform) -> Vec<Normal3> {
+    let p: Vec<Point3> = mesh.positions.iter().map(|&p| world.point(p)).collect();
+    let mut sums = vec![Vec3::default(); p.len()];
+    for &face in &mesh.indices {
+        let corners = face.map(|i| p[i as usize]);
+        let Some(n) = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize() else { continue };
+        for k in 0..3 {
+            let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
+            let (Some(a), Some(b)) = (a.try_normalize(), b.try_normalize()) else { continue };
+            sums[face[k] as usize] += n * safe_acos(a.dot(b));
+        }
+    }
+    // The way back, so that the normals are right after the mesh is put in its place.
+    let back = world.inverse();
+    let up = Vec3::new(0.0, 0.0, 1.0);
+    sums.iter().map(|n| back.normal(n.try_normalize().unwrap_or(up).to_normal())).collect()
+}
+
 fn from_ply(bytes: &[u8]) -> Result<TriangleMesh, String> {
-    let mut m = ply::parse(bytes).map_err(|e| e.to_string())?;
+    let mut m = ply::parse_with_attributes(bytes).map_err(|e| e.to_string())?;
+    // A face of four corners is two triangles, and both have what the face has.
+    let (triangles, quads) = (m.triangles.len(), m.quads.len());
+    for a in m.attributes.iter_mut().filter(|a| a.per_face) {
+        let w = a.width;
+        for q in (0..quads).rev() {
+            let at = (triangles + q) * w;
+            let row = a.values[at..at + w].to_vec();
+            a.values.splice(at..at, row);
+        }
+    }
+    let attributes = m.attributes.into_iter();
+    let attributes = attributes
+        .map(|a| MeshAttribute { name: a.name, per_face: a.per_face, width: a.width, values: a.values })
+        .collect();
     m.triangles.extend(m.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
     Ok(TriangleMesh {
         positions: m.positions,
         normals: m.normals,
         uvs: m.uvs,
+        attributes,
         indices: m.triangles,
         ..TriangleMesh::default()
     })

@@ -9,7 +9,7 @@ use steradian_scene::{
     CheckerMapping, FloatInput, FloatTexture, Handle, ImageMap, Mapping2, SpectrumInput, SpectrumTexture, Texture,
     TextureImage,
 };
-use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, named};
+use steradian_spectrum::{CIE_Y, ColorSpace, Spectrum, SpectrumUse, named};
 use steradian_syntax::{Diagnostic, Span};
 
 /// Indices of refraction at the yellow line, by Mitsuba's names.
@@ -62,19 +62,20 @@ impl Mitsuba<'_> {
             SpectrumUse::Unbounded => Spectrum::rgb_unbounded(space, rgb),
             SpectrumUse::Illuminant => Spectrum::rgb_illuminant(space, rgb.map(|v| v.max(0.0))),
         };
-        // An even spectrum of a lamp means white light.
-        let even = |v: f32| match usage {
+        // A number of a lamp means white light; an even spectrum is what it says.
+        let white = |v: f32| match usage {
             SpectrumUse::Illuminant => of_rgb([v; 3]),
             _ => Spectrum::constant(v, usage),
         };
         match value {
             Value::Rgb(rgb) => Some(of_rgb(*rgb)),
-            Value::Float(v) => Some(even(*v)),
-            Value::Integer(v) => Some(even(*v as f32)),
-            Value::Spectrum(s) if s.len() == 1 => Some(even(s[0].1)),
+            Value::Float(v) => Some(white(*v)),
+            Value::Integer(v) => Some(white(*v as f32)),
+            Value::Spectrum(s) if s.len() == 1 => Some(Spectrum::constant(s[0].1, usage)),
             Value::Spectrum(s) => {
                 let (l, v): (Vec<f32>, Vec<f32>) = s.iter().copied().unzip();
-                Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(e.to_string(), span)).ok()
+                let s = Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(e.to_string(), span)).ok()?;
+                Some(as_seen(s))
             }
             Value::SpectrumFile(name) => self.spectrum_file(name, usage, span),
             _ => {
@@ -101,7 +102,8 @@ impl Mitsuba<'_> {
             }
         }
         let (l, v): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
-        Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(format!("{name}: {e}"), span)).ok()
+        let s = Spectrum::piecewise_linear(&l, &v, usage).map_err(|e| self.error(format!("{name}: {e}"), span)).ok()?;
+        Some(as_seen(s))
     }
 
     /// A parameter that is a colour, a spectrum or a texture; none where it is not given.
@@ -132,13 +134,29 @@ impl Mitsuba<'_> {
     pub(super) fn float_texture(&mut self, t: &Object) -> Option<FloatInput> {
         match t.kind.as_str() {
             "bitmap" => {
-                let map = self.bitmap(t, false)?;
+                let color = !self.is_raw(t);
+                let map = self.bitmap(t, color)?;
+                self.finish(t);
                 Some(self.scene.float_textures.push(FloatTexture(Texture::Image(map))))
             }
             "checkerboard" => {
-                let (a, b) = (self.float_input(t, "color0", 0.4), self.float_input(t, "color1", 0.2));
+                // As a number, Mitsuba's checkerboard has its colours the other way round.
+                let (b, a) = (self.float_input(t, "color0", 0.4), self.float_input(t, "color1", 0.2));
                 let mapping = CheckerMapping::Plane(self.mapping(t, 2.0));
+                self.finish(t);
                 Some(self.scene.float_textures.push(FloatTexture(Texture::Checkerboard { mapping, a, b })))
+            }
+            "mesh_attribute" => {
+                let name = self.text(t, "name").unwrap_or_default();
+                let tex = self.scene.float_textures.push(FloatTexture(Texture::Attribute(name)));
+                let scale = self.float(t, "scale", 1.0);
+                let scale = self.number(scale);
+                self.finish(t);
+                Some(self.scene.float_textures.push(FloatTexture(Texture::Scale { tex, scale })))
+            }
+            "uniform" | "rawconstant" => {
+                let v = self.float(t, "value", 1.0);
+                Some(self.number(v))
             }
             _ => {
                 self.not_built(t);
@@ -147,7 +165,7 @@ impl Mitsuba<'_> {
         }
     }
 
-    fn texture(&mut self, t: &Object, usage: SpectrumUse) -> Option<SpectrumInput> {
+    pub(super) fn texture(&mut self, t: &Object, usage: SpectrumUse) -> Option<SpectrumInput> {
         let kind = match t.kind.as_str() {
             "bitmap" => Texture::Image(self.bitmap(t, !self.is_raw(t))?),
             "checkerboard" => {
@@ -156,13 +174,16 @@ impl Mitsuba<'_> {
             }
             "mesh_attribute" => {
                 let name = self.text(t, "name").unwrap_or_default();
-                if name != "vertex_color" {
-                    self.error(format!("the mesh attribute `{name}` is not read; `vertex_color` is"), t.span);
-                    return None;
+                let scale = self.float(t, "scale", 1.0);
+                if scale != 1.0 {
+                    let kind = Texture::Attribute(name);
+                    let tex = self.scene.spectrum_textures.push(SpectrumTexture { usage, kind });
+                    Texture::Scale { tex, scale: self.number(scale) }
+                } else {
+                    Texture::Attribute(name)
                 }
-                Texture::Vertex
             }
-            "srgb" | "uniform" | "d65" | "irregular" | "regular" | "blackbody" => {
+            "srgb" | "uniform" | "rawconstant" | "d65" | "irregular" | "regular" | "blackbody" => {
                 let s = self.named_spectrum(t, usage)?;
                 Texture::Constant(s)
             }
@@ -183,18 +204,53 @@ impl Mitsuba<'_> {
             }
             "d65" => {
                 let scale = self.float(t, "scale", 1.0);
-                self.spectrum_of(&Value::Float(scale), usage, t.span)
+                let color = match t.get("color").map(|p| p.value.clone()) {
+                    Some(Value::Rgb(rgb)) => rgb,
+                    _ => [1.0; 3],
+                };
+                Some(Spectrum::rgb_illuminant(ColorSpace::Srgb, color.map(|v| (v * scale).max(0.0))).with_use(usage))
+            }
+            "regular" | "irregular" => {
+                let pairs = match t.get("value").map(|p| p.value.clone()) {
+                    Some(Value::Spectrum(pairs)) if pairs.len() > 1 => pairs,
+                    _ => self.pairs(t)?,
+                };
+                self.spectrum_of(&Value::Spectrum(pairs), usage, t.span)
             }
             "srgb" => {
                 let p = t.get("color").cloned()?;
                 self.spectrum_of(&p.value, usage, p.span)
             }
-            "uniform" => {
+            "uniform" | "rawconstant" => {
                 let v = self.float(t, "value", 1.0);
-                self.spectrum_of(&Value::Float(v), usage, t.span)
+                Some(Spectrum::constant(v, usage))
             }
             _ => {
                 self.not_built(t);
+                None
+            }
+        }
+    }
+
+    /// `values` over `wavelengths`, or evenly from `wavelength_min` to `wavelength_max`.
+    fn pairs(&mut self, t: &Object) -> Option<Vec<(f32, f32)>> {
+        let mut list = |name: &str| -> Option<Vec<f32>> {
+            let text = self.text(t, name)?;
+            let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty());
+            words.map(|w| w.parse::<f32>().ok().filter(|v| v.is_finite())).collect()
+        };
+        let values = list("values").filter(|v| v.len() > 1);
+        let wavelengths = if t.kind == "irregular" {
+            list("wavelengths")
+        } else {
+            let (low, high) = (self.float(t, "wavelength_min", 360.0), self.float(t, "wavelength_max", 830.0));
+            let n = values.as_ref().map_or(2, Vec::len);
+            Some((0..n).map(|i| low + (high - low) * i as f32 / (n - 1) as f32).collect())
+        };
+        match (wavelengths, values) {
+            (Some(l), Some(v)) if l.len() == v.len() => Some(l.into_iter().zip(v).collect()),
+            _ => {
+                self.error("a tabulated spectrum needs as many wavelengths as values, two or more", t.span);
                 None
             }
         }
@@ -227,11 +283,17 @@ impl Mitsuba<'_> {
             }
         };
         let lookup = match self.text(t, "filter_type").as_deref() {
-            Some("nearest") => Lookup::Point,
-            _ => Lookup::Bilinear,
+            Some("nearest") => Lookup::Texel,
+            _ => Lookup::Between,
         };
         let image = self.push_image(&name, texels, lookup, wrap);
-        Some(ImageMap { mapping: self.mapping(t, 1.0), image, scale: 1.0, invert: false })
+        // The first row of texels lies at v = 0.
+        let mut mapping = self.mapping(t, 1.0);
+        if let Mapping2::Affine { rows, .. } = &mut mapping {
+            let [u, v, shift] = rows[1];
+            rows[1] = [-u, -v, 1.0 - shift];
+        }
+        Some(ImageMap { mapping, image, scale: 1.0, invert: false })
     }
 
     pub(super) fn push_image(
@@ -288,9 +350,18 @@ impl Mitsuba<'_> {
     pub(super) fn metal(&mut self, name: &str, span: Span) -> Option<[Spectrum; 2]> {
         let of = |part: &str| named::spectrum(&format!("metal-{name}-{part}"));
         if let (Some(eta), Some(k)) = (of("eta"), of("k")) {
-            return Some([eta, k]);
+            return Some([as_seen(eta), as_seen(k)]);
         }
         self.error(format!("the metal `{name}` is not known; Ag, Al, Au, Cu, CuZn, MgO and TiO2 are"), span);
         None
     }
+}
+
+/// In RGB, Mitsuba takes a tabulated quantity that is neither a reflectance nor a lamp's for the colour of a light of that spectrum.
+fn as_seen(s: Spectrum) -> Spectrum {
+    if s.usage() != SpectrumUse::Unbounded {
+        return s;
+    }
+    let light = s.clone().with_use(SpectrumUse::Illuminant);
+    s.with_rgb(light.rgb().map(|v| v / CIE_Y))
 }

@@ -173,7 +173,7 @@ impl<'a> Reader<'a> {
                 "default" => self.default(child),
                 "path" => {
                     if let Some(folder) = self.attribute(child, "value") {
-                        match inside(&self.base, &folder, self.allow_outside) {
+                        match inside(self.files, &self.base, &folder, self.allow_outside) {
                             Ok(path) => self.tree.folders.push(path),
                             Err(message) => {
                                 let d = Diagnostic::error(message, self.span(child))
@@ -201,6 +201,12 @@ impl<'a> Reader<'a> {
                         out.push((name, Child::Reference(id, self.span(child))));
                     }
                 }
+                "spectrum" | "rgb" if child.attribute("type").is_some() => {
+                    let name = self.name(child);
+                    if let Some(object) = self.object(child) {
+                        out.push((name, Child::Here(object)));
+                    }
+                }
                 "float" | "integer" | "boolean" | "string" | "vector" | "point" | "rgb" | "spectrum" | "transform"
                 | "color" => {
                     let param = self.param(child, &name);
@@ -223,7 +229,8 @@ impl<'a> Reader<'a> {
     fn object(&mut self, node: Node) -> Option<usize> {
         let span = self.span(node);
         let class = node.tag_name().name().to_string();
-        const CLASSES: [&str; 15] = [
+        const CLASSES: [&str; 16] = [
+            "spectrum",
             "bsdf",
             "shape",
             "emitter",
@@ -251,7 +258,11 @@ impl<'a> Reader<'a> {
         }
         let kind = self.attribute(node, "type")?;
         let mut object = Object {
-            class: if class == "luminaire" { "emitter".into() } else { class },
+            class: match class.as_str() {
+                "luminaire" => "emitter".into(),
+                "spectrum" => "texture".into(),
+                _ => class,
+            },
             kind,
             span,
             params: BTreeMap::new(),
@@ -298,7 +309,7 @@ impl<'a> Reader<'a> {
     pub fn resolve(&self, name: &str) -> Result<PathBuf, String> {
         let mut last = Err(format!("{name}: no such file"));
         for folder in &self.tree.folders {
-            match inside(folder, name, self.allow_outside) {
+            match inside(self.files, folder, name, self.allow_outside) {
                 Ok(path) if self.files.exists(&path) => return Ok(path),
                 Ok(_) => {}
                 Err(message) => last = Err(message),

@@ -31,7 +31,8 @@ pub(super) fn read(
     let missing = RefCell::new(Vec::new());
     let settings = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let library = |name: &Path| {
-        let read = inside(base, &name.to_string_lossy(), options.allow_outside).and_then(|p| read_all(files, &p));
+        let read =
+            inside(files, base, &name.to_string_lossy(), options.allow_outside).and_then(|p| read_all(files, &p));
         match read {
             Ok(bytes) => tobj::load_mtl_buf(&mut bytes.as_slice()),
             Err(message) => {
@@ -202,7 +203,7 @@ impl Reader<'_> {
             return *known;
         }
         let encoding = if color { Encoding::Srgb } else { Encoding::Linear };
-        let read = inside(self.base, &key.0, self.options.allow_outside)
+        let read = inside(self.files, self.base, &key.0, self.options.allow_outside)
             .and_then(|p| read_all(self.files, &p))
             .and_then(|b| read_texels(&b, &key.0, Some(encoding)).map_err(|e| e.to_string()));
         let handle = match read {

@@ -1,11 +1,12 @@
 //! The data of a PLY file. Fixed layouts of little-endian files have a path of their own: they are what large scenes are made of.
 
+use super::attributes::{self, Group};
 use super::header::{Element, Encoding, Header, Property, Scalar};
 use super::{PlyError, PlyMesh};
 use steradian_math::{Normal3, Point2, Point3, Vec3};
 
 /// Reads all elements; `vertex` and `face` are kept, others passed over.
-pub(super) fn read(bytes: &[u8], header: &Header) -> Result<PlyMesh, PlyError> {
+pub(super) fn read(bytes: &[u8], header: &Header, with_attributes: bool) -> Result<PlyMesh, PlyError> {
     let mut mesh = PlyMesh::default();
     let mut faces = Faces::default();
     let mut input = Input { bytes, at: header.data, encoding: header.encoding };
@@ -18,8 +19,8 @@ pub(super) fn read(bytes: &[u8], header: &Header) -> Result<PlyMesh, PlyError> {
     }
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => vertices(&mut input, element, &mut mesh)?,
-            "face" => read_faces(&mut input, element, &mut faces)?,
+            "vertex" => vertices(&mut input, element, &mut mesh, with_attributes)?,
+            "face" => read_faces(&mut input, element, &mut faces, with_attributes)?,
             _ => skip(&mut input, element)?,
         }
     }
@@ -165,8 +166,12 @@ impl Columns {
     }
 }
 
-fn vertices(input: &mut Input, element: &Element, mesh: &mut PlyMesh) -> Result<(), PlyError> {
+/// Names of vertices' properties that are no attributes though they end like some.
+const GEOMETRY: [&str; 4] = ["texture_u", "texture_v", "texture_s", "texture_t"];
+
+fn vertices(input: &mut Input, element: &Element, mesh: &mut PlyMesh, with_attributes: bool) -> Result<(), PlyError> {
     let columns = Columns::find(element)?;
+    let mut groups = if with_attributes { attributes::groups(element, false, &GEOMETRY) } else { Vec::new() };
     let n = element.count;
     mesh.positions.reserve_exact(n);
     mesh.normals.reserve_exact(if columns.normal.is_some() { n } else { 0 });
@@ -185,6 +190,7 @@ fn vertices(input: &mut Input, element: &Element, mesh: &mut PlyMesh) -> Result<
                     f32::from_le_bytes([b[0], b[1], b[2], b[3]])
                 };
                 push_vertex(mesh, &columns, i, get)?;
+                attributes::push_row(&mut groups, get);
             }
         }
         _ => {
@@ -197,9 +203,11 @@ fn vertices(input: &mut Input, element: &Element, mesh: &mut PlyMesh) -> Result<
                     }
                 }
                 push_vertex(mesh, &columns, i, |column| row[column])?;
+                attributes::push_row(&mut groups, |column| row[column]);
             }
         }
     }
+    mesh.attributes.extend(attributes::attributes(groups));
     Ok(())
 }
 
@@ -235,12 +243,18 @@ struct Faces {
     /// Little-endian files of nothing but triangles.
     packed: Vec<[u32; 3]>,
     other: usize,
+    /// Attributes of the faces of the file, one row for each.
+    groups: Vec<Group>,
 }
 
-fn read_faces(input: &mut Input, element: &Element, faces: &mut Faces) -> Result<(), PlyError> {
+fn read_faces(input: &mut Input, element: &Element, faces: &mut Faces, with_attributes: bool) -> Result<(), PlyError> {
     let wanted = |p: &Property| p.list.is_some() && (p.name == "vertex_indices" || p.name == "vertex_index");
     let column =
         element.properties.iter().position(wanted).ok_or(PlyError::Missing("face property `vertex_indices`"))?;
+    if with_attributes {
+        faces.groups = attributes::groups(element, true, &[]);
+    }
+    let mut row = vec![0.0f32; element.properties.len()];
     let mut first = 0;
     if let [p] = element.properties.as_slice() {
         let four_bytes = matches!(p.ty, Scalar::I32 | Scalar::U32);
@@ -251,7 +265,12 @@ fn read_faces(input: &mut Input, element: &Element, faces: &mut Faces) -> Result
     for i in first..element.count {
         for (c, p) in element.properties.iter().enumerate() {
             if c != column {
-                input.skip_property(p).map_err(|s| s.at(element, i))?;
+                match p.list {
+                    None if !faces.groups.is_empty() => {
+                        row[c] = input.number(p.ty).map_err(|s| s.at(element, i))? as f32;
+                    }
+                    _ => input.skip_property(p).map_err(|s| s.at(element, i))?,
+                }
                 continue;
             }
             let list = p.list.unwrap_or(Scalar::U8);
@@ -278,6 +297,7 @@ fn read_faces(input: &mut Input, element: &Element, faces: &mut Faces) -> Result
                 faces.quad_numbers.push(number);
             }
         }
+        attributes::push_row(&mut faces.groups, |column| row[column]);
     }
     Ok(())
 }
@@ -324,10 +344,24 @@ impl Faces {
         }
         let p = |i: u32| mesh.positions[i as usize];
         let before = mesh.triangles.len() + mesh.quads.len();
-        mesh.triangles.retain(|&[a, b, c]| !flat(p(a), p(b), p(c)));
+        let is_flat = |&[a, b, c]: &[u32; 3]| flat(p(a), p(b), p(c));
         // A patch is without area when all four of its corner triangles are.
-        mesh.quads
-            .retain(|&[a, b, c, d]| !(flat(p(a), p(b), p(c)) && flat(p(d), p(b), p(c)) && flat(p(a), p(b), p(d))));
+        let is_flat_patch =
+            |&[a, b, c, d]: &[u32; 4]| flat(p(a), p(b), p(c)) && flat(p(d), p(b), p(c)) && flat(p(a), p(b), p(d));
+        if !self.groups.is_empty() {
+            let numbers =
+                |i: usize| if self.triangle_numbers.is_empty() { i } else { self.triangle_numbers[i] as usize };
+            let triangles = (0..mesh.triangles.len()).filter(|&i| !is_flat(&mesh.triangles[i])).map(numbers);
+            let quads = (0..mesh.quads.len()).filter(|&i| !is_flat_patch(&mesh.quads[i]));
+            let order: Vec<usize> = triangles.chain(quads.map(|i| self.quad_numbers[i] as usize)).collect();
+            mesh.attributes.extend(attributes::attributes(self.groups).map(|mut a| {
+                let w = a.width;
+                a.values = order.iter().flat_map(|&f| a.values[f * w..(f + 1) * w].to_vec()).collect();
+                a
+            }));
+        }
+        mesh.triangles.retain(|t| !is_flat(t));
+        mesh.quads.retain(|q| !is_flat_patch(q));
         mesh.degenerate = before - mesh.triangles.len() - mesh.quads.len();
         Ok(())
     }

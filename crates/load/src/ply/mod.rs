@@ -2,6 +2,7 @@
 //!
 //! Quadrilaterals come back in the order of a bilinear patch, (0,0) (1,0) (0,1) (1,1), as pbrt-v4 makes them.
 
+mod attributes;
 mod body;
 mod header;
 
@@ -75,6 +76,19 @@ pub enum PlyError {
     TooManyVertices(usize),
 }
 
+/// One or three properties with a common name: `name_0`, `name_1`, `name_2` or with x, y, z or r, g, b.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct PlyAttribute {
+    /// The name.
+    pub name: String,
+    /// Whether the values belong to faces.
+    pub per_face: bool,
+    /// Numbers of each vertex or face.
+    pub width: usize,
+    /// The numbers.
+    pub values: Vec<f32>,
+}
+
 /// What a PLY file holds.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct PlyMesh {
@@ -84,6 +98,8 @@ pub struct PlyMesh {
     pub normals: Vec<Normal3>,
     /// Texture coordinates, or empty.
     pub uvs: Vec<Point2>,
+    /// Further properties of vertices and faces, for those who asked; faces are the triangles, then the quadrilaterals.
+    pub attributes: Vec<PlyAttribute>,
     /// Triangles.
     pub triangles: Vec<[u32; 3]>,
     /// Bilinear patches: corners at (0,0), (1,0), (0,1), (1,1).
@@ -101,7 +117,12 @@ pub struct PlyMesh {
 /// # Errors
 /// Any [`PlyError`]. Memory stays within a small multiple of the length of `bytes`, whatever the header says.
 pub fn parse(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
-    body::read(bytes, &header::parse(bytes)?)
+    body::read(bytes, &header::parse(bytes)?, false)
+}
+
+/// As [`parse`], with properties that are neither positions, normals nor texture coordinates.
+pub(crate) fn parse_with_attributes(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
+    body::read(bytes, &header::parse(bytes)?, true)
 }
 
 #[cfg(test)]

@@ -149,12 +149,14 @@ impl World {
             .chain(objects.iter().flatten())
             .any(|p| matches!(scene.materials[p.material].scattering, Scattering::Interface));
         let diffusion = super::subsurface::DiffusionTables::build(&scene);
+        let plastics = super::plastic::PlasticTables::build(&scene);
         let mut world = World {
             groups,
             instances,
             pyramids,
             camera,
             diffusion,
+            plastics,
             has_motion,
             uses_footprints,
             has_interfaces,
@@ -295,8 +297,11 @@ fn pyramids(scene: &Scene, scratch: Option<&Scratch>) -> Result<Vec<Option<Pyram
             if !used {
                 return Ok(None);
             }
-            let pyramid = Pyramid::new(image.texels.clone(), image.wrap)
-                .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })?;
+            let pyramid = match image.lookup {
+                Lookup::Texel | Lookup::Between => Pyramid::plain(image.texels.clone(), image.wrap),
+                _ => Pyramid::new(image.texels.clone(), image.wrap)
+                    .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })?,
+            };
             match scratch {
                 Some(scratch) => pyramid.into_scratch(scratch).map(Some).map_err(scratch_error),
                 None => Ok(Some(pyramid)),
@@ -323,7 +328,8 @@ fn is_isotropic(material: &Material) -> bool {
 
 /// Whether any texture looks at the size of the sample.
 fn uses_footprints(scene: &Scene) -> bool {
-    let filtered = |lookup: Lookup| !matches!(lookup, Lookup::Point | Lookup::Bilinear);
+    let filtered =
+        |lookup: Lookup| !matches!(lookup, Lookup::Texel | Lookup::Between | Lookup::Point | Lookup::Bilinear);
     fn of<T, C>(t: &Texture<T, C>, image: impl Fn(crate::Handle<crate::TextureImage>) -> bool) -> bool {
         match t {
             Texture::Image(m) => image(m.image),

@@ -37,6 +37,7 @@ pub(super) fn displace_meshes(
         needs_one_wavelength: false,
         media: Vec::new(),
         diffusion: super::subsurface::DiffusionTables::default(),
+        plastics: super::plastic::PlasticTables::default(),
         area_lights: Vec::new(),
         lights: Lights::default(),
         bounds: Bounds3::EMPTY,

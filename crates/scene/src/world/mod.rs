@@ -8,6 +8,7 @@ mod lens;
 mod light;
 mod medium;
 mod noise;
+mod plastic;
 mod reception;
 mod shading;
 mod subsurface;
@@ -66,6 +67,7 @@ pub struct World {
     needs_one_wavelength: bool,
     bounds: Bounds3,
     diffusion: subsurface::DiffusionTables,
+    plastics: plastic::PlasticTables,
     has_motion: bool,
     uses_footprints: bool,
     has_interfaces: bool,

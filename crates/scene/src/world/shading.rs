@@ -4,13 +4,14 @@ use super::World;
 use super::surface::Surface;
 use super::texture::{MeshPoint, TextureContext};
 use crate::material::{
-    Coat, HairColor, Ior, Material, Metal, MetallicRoughnessInputs, NormalMap, Roughness, Scattering,
+    Coat, HairColor, Ior, Material, Metal, MetallicRoughnessInputs, NormalMap, Roughness, Scattering, Slopes,
+    SpectrumInput,
 };
 use crate::{FloatTexture, Handle};
 use steradian_bsdf::{
-    Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Measured,
-    MetallicRoughness, MetallicRoughnessParams, ThinDielectric, TrowbridgeReitz, index_of_reflectance,
-    normal_reflectance,
+    Altered, Beckmann, Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered,
+    Measured, MetallicRoughness, MetallicRoughnessParams, Microfacets, SimpleInterface, ThinDielectric,
+    TrowbridgeReitz, index_of_reflectance, normal_reflectance,
 };
 use steradian_math::{Frame, Ray, RayDifferential, Vec2, Vec3, lerp, sin_cos, sqr};
 use steradian_sampling::rng::{hash_combine, hash_floats, unit_f32};
@@ -66,10 +67,19 @@ impl World {
         surface: &Surface,
         context: &TextureContext,
     ) -> Handle<Material> {
-        while let Scattering::Mix { materials, amount } = &self.scene.materials[material].scattering {
-            material = self.choose(*materials, *amount, surface, context);
+        loop {
+            material = match &self.scene.materials[material].scattering {
+                Scattering::Mix { materials, amount } => self.choose(*materials, *amount, surface, context),
+                Scattering::Sides { front, back } => {
+                    if surface.shading.n.to_vec().dot(surface.wo) > 0.0 {
+                        *front
+                    } else {
+                        *back
+                    }
+                }
+                _ => return material,
+            };
         }
-        material
     }
 
     #[inline]
@@ -207,7 +217,27 @@ impl World {
                 Dielectric::new(*eta, self.microfacets(roughness, c)).into()
             }
             Scattering::MetallicRoughness(inputs) => self.metallic_roughness(inputs, c, w),
-            Scattering::Mix { .. } | Scattering::Interface => return None,
+            Scattering::Principled(inputs) => self.principled(inputs, c, w),
+            Scattering::Plastic(inputs) => self.plastic(inputs, c, w),
+            Scattering::Altered { interface, slopes, reflection, transmission } => {
+                let factor =
+                    |t: Option<SpectrumInput>| t.map_or(Lanes::ONE, |t| self.spectrum_texture(t, c, w).clamp_zero());
+                let (reflection, transmission) = (factor(*reflection), factor(*transmission));
+                let interface = match self.bsdf(&self.scene.materials[*interface], c, w)? {
+                    Bsdf::Conductor(mut lobe) => {
+                        lobe.distribution = with_slopes(lobe.distribution, *slopes);
+                        SimpleInterface::Conductor(lobe)
+                    }
+                    Bsdf::Dielectric(mut lobe) => {
+                        lobe.distribution = with_slopes(lobe.distribution, *slopes);
+                        SimpleInterface::Dielectric(lobe)
+                    }
+                    Bsdf::ThinDielectric(lobe) => SimpleInterface::ThinDielectric(lobe),
+                    other => return Some(other),
+                };
+                Altered { interface, reflection, transmission }.into()
+            }
+            Scattering::Mix { .. } | Scattering::Sides { .. } | Scattering::Interface => return None,
         })
     }
 
@@ -332,6 +362,18 @@ impl World {
     pub fn white(&self, w: &Wavelengths) -> Lanes {
         let space = self.scene.settings.film.color_space;
         space.illuminant_lanes([1.0; 3], w) * (1.0 / space.photometric())
+    }
+}
+
+/// The same roughness with other statistics. What is smooth stays so.
+pub(super) fn with_slopes(d: Microfacets, slopes: Slopes) -> Microfacets {
+    if d.is_smooth() {
+        return d;
+    }
+    let [x, y] = d.alpha();
+    match slopes {
+        Slopes::TrowbridgeReitz => Microfacets::SeparableTrowbridgeReitz(TrowbridgeReitz::new(x, y)),
+        Slopes::Beckmann => Microfacets::Beckmann(Beckmann::new(x, y)),
     }
 }
 

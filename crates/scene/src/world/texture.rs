@@ -213,6 +213,14 @@ impl World {
         })
     }
 
+    fn attribute(&self, name: &str, c: &TextureContext) -> [f32; 3] {
+        let of = |m: MeshPoint| {
+            let mesh = &self.scene.triangle_meshes[Handle::from_index(m.mesh as usize)];
+            mesh.attribute(name, m.face as usize, m.b[0], m.b[1])
+        };
+        c.on_mesh.and_then(of).unwrap_or_default()
+    }
+
     #[inline]
     fn map2(&self, mapping: &Mapping2, c: &TextureContext) -> Coordinates2 {
         map2(mapping, c, |set| self.uv_of_set(set, c))
@@ -261,6 +269,7 @@ impl World {
                 }
             }
             Texture::Vertex => self.vertex_color(c)[3],
+            Texture::Attribute(name) => self.attribute(name, c)[0],
             Texture::Mix { a, b, amount } => {
                 let w = self.float_texture(*amount, c);
                 blend(w, || self.float_texture(*a, c), || self.float_texture(*b, c), |a, b| (1.0 - w) * a + w * b)
@@ -312,6 +321,14 @@ impl World {
             Texture::Vertex => {
                 let [r, g, b, _] = self.vertex_color(c).map(|v| v.max(0.0));
                 rgb_lanes([r, g, b], ColorSpace::Srgb, texture.usage, w)
+            }
+            Texture::Attribute(name) => {
+                let v = self.attribute(name, c).map(|v| v.max(0.0));
+                if name.contains("color") {
+                    rgb_lanes(v, ColorSpace::Srgb, texture.usage, w)
+                } else {
+                    Lanes::from_rgb(v)
+                }
             }
             Texture::Mix { a, b, amount } => {
                 let t = self.float_texture(*amount, c);
@@ -394,6 +411,15 @@ pub(crate) fn rgb_lanes(rgb: [f32; 3], space: ColorSpace, usage: SpectrumUse, w:
         SpectrumUse::Unbounded => space.unbounded_lanes(rgb, w),
         SpectrumUse::Illuminant => space.illuminant_lanes(rgb, w),
     }
+}
+
+/// An RGB triple as the light of an even lamp behind a slide: per wavelength what a slide lets through, one bright as
+/// [`ColorSpace::photometric`] where all passes; the colour as it is in RGB.
+pub(crate) fn slide_lanes(rgb: [f32; 3], space: ColorSpace, w: &Wavelengths) -> Lanes {
+    if w.is_rgb() {
+        return space.illuminant_lanes(rgb, w);
+    }
+    space.unbounded_lanes(rgb, w) * (space.photometric() / steradian_spectrum::CIE_Y)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::far::{FarLight, FarSample};
 use crate::world::texture::rgb_lanes;
 use crate::{Arena, EnvironmentMapping, Handle, TextureImage};
 use steradian_image::Texels;
+use steradian_image::Wrap;
 use steradian_math::{INV_4PI, PI, Point3, Ray, Transform, Vec3, safe_sqrt, sin_cos};
 use steradian_sampling::Piecewise2D;
 use steradian_sampling::warp::{lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_octahedral};
@@ -26,6 +27,35 @@ pub(super) struct Environment {
 /// The colour of a texel; grey where there is one colour channel only.
 pub(super) fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
     if texels.channels() < 3 { [texels.texel(x, y, 0); 3] } else { std::array::from_fn(|c| texels.texel(x, y, c)) }
+}
+
+/// A picture at `(u, v)` of the unit square, v down, between texels in proportion, outside as the picture is wrapped.
+pub(super) fn interpolated(image: &TextureImage, [u, v]: [f32; 2]) -> [f32; 3] {
+    let texels = &image.texels;
+    let size = [texels.width() as i64, texels.height() as i64];
+    let at = [u * size[0] as f32 - 0.5, v * size[1] as f32 - 0.5];
+    let cell = at.map(|x| x.floor());
+    let t = [at[0] - cell[0], at[1] - cell[1]];
+    let place = |axis: usize, k: i64| {
+        let (i, n) = (cell[axis] as i64 + k, size[axis]);
+        let inside = match image.wrap[axis] {
+            Wrap::Repeat => i.rem_euclid(n),
+            Wrap::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                if i < n { i } else { 2 * n - 1 - i }
+            }
+            _ => i.clamp(0, n - 1),
+        };
+        inside as usize
+    };
+    let mut out = [0.0; 3];
+    for k in 0..4 {
+        let (x, y) = (k % 2, k / 2);
+        let weight = [1.0 - t[0], t[0]][x] * [1.0 - t[1], t[1]][y];
+        let rgb = rgb_at(texels, place(0, x as i64), place(1, y as i64));
+        (0..3).for_each(|c| out[c] += weight * rgb[c]);
+    }
+    out
 }
 
 impl Environment {

@@ -1,6 +1,7 @@
 //! Lights that are not surfaces: one closed set, and the contract that each of them is written against.
 
 use super::bounds::LightBounds;
+use super::cone::Cone;
 use super::distant::Distant;
 use super::emission::{Ball, FarEmission};
 use super::environment::Environment;
@@ -119,6 +120,7 @@ pub(super) trait FarLight {
 pub(super) enum Far {
     Point(PointLight),
     Spot(Spot),
+    Cone(Cone),
     Distant(Distant),
     Goniometric(Goniometric),
     Projection(Projection),
@@ -133,6 +135,7 @@ macro_rules! with_far {
         match $far {
             Far::Point($l) => $body,
             Far::Spot($l) => $body,
+            Far::Cone($l) => $body,
             Far::Distant($l) => $body,
             Far::Goniometric($l) => $body,
             Far::Projection($l) => $body,
@@ -159,8 +162,11 @@ impl Far {
             Light::Goniometric { world_from_light, intensity, image, scale } => {
                 Self::Goniometric(Goniometric::new(world_from_light, intensity.clone(), *image, *scale, images))
             }
-            Light::Projection { world_from_light, image, fov, scale } => {
-                Self::Projection(Projection::new(world_from_light, *image, *fov, *scale, images))
+            Light::Cone { world_from_light, intensity, scale, end, start, slide } => {
+                Self::Cone(Cone::new(world_from_light, intensity.clone(), *scale, [*start, *end], *slide))
+            }
+            Light::Projection { world_from_light, image, on_screen, fov, scale } => {
+                Self::Projection(Projection::new(world_from_light, *image, *on_screen, *fov, *scale, images))
             }
             Light::UniformInfinite { radiance, scale } => {
                 Self::Uniform(Uniform { radiance: radiance.clone(), scale: *scale })

@@ -4,6 +4,7 @@
 //! report the probability alone.
 
 mod bounds;
+mod cone;
 mod distant;
 mod emission;
 mod emitter;
@@ -301,7 +302,14 @@ impl World {
     pub(super) fn mesh_emission(&self, texture: SpectrumInput, m: MeshPoint, w: &Wavelengths) -> Lanes {
         let mesh = &self.scene.triangle_meshes[Handle::from_index(m.mesh as usize)];
         let uv = mesh.uv(m.face as usize, m.b[0], m.b[1]);
-        self.spectrum_texture(texture, &TextureContext { uv, on_mesh: Some(m), ..TextureContext::default() }, w)
+        let context = TextureContext { uv, on_mesh: Some(m), ..TextureContext::default() };
+        let radiance = self.spectrum_texture(texture, &context, w);
+        if self.scene.spectrum_textures[texture].usage == SpectrumUse::Illuminant {
+            return radiance;
+        }
+        // A slide before an even lamp.
+        let photometric = steradian_spectrum::ColorSpace::Srgb.photometric();
+        radiance * if w.is_rgb() { photometric } else { photometric / steradian_spectrum::CIE_Y }
     }
 }
 

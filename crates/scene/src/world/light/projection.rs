@@ -2,9 +2,9 @@
 
 use super::bounds::LightBounds;
 use super::emission::{Ball, FarEmission, from_point, stretch};
-use super::environment::rgb_at;
+use super::environment::{interpolated, rgb_at};
 use super::far::{FarLight, FarSample};
-use crate::world::texture::rgb_lanes;
+use crate::world::texture::{rgb_lanes, slide_lanes};
 use crate::{Arena, Handle, TextureImage};
 use steradian_math::{Bounds3, Point3, Transform, Vec3, radians, tan};
 use steradian_sampling::Piecewise2D;
@@ -21,6 +21,7 @@ pub(super) struct Projection {
     light_from_world: Transform,
     image: Handle<TextureImage>,
     scale: f32,
+    on_screen: bool,
     /// Half the extent of the picture on the plane z = 1.
     half: [f32; 2],
     flux: f32,
@@ -54,13 +55,20 @@ pub(crate) fn projected_luminance(image: &TextureImage, fov: f32) -> f32 {
     (sum / (w * h).max(1) as f64) as f32 * 4.0 * half[0] * half[1]
 }
 
-fn distribution(image: &TextureImage, half: [f32; 2]) -> Option<Piecewise2D> {
+/// How much more than its intensity a picture on a screen sends, at most: `1 / cos^3` in its corners.
+fn screen_gain(half: [f32; 2]) -> f32 {
+    let length = Vec3::new(half[0], half[1], 1.0).length();
+    length * length * length
+}
+
+fn distribution(image: &TextureImage, half: [f32; 2], on_screen: bool) -> Option<Piecewise2D> {
     let (w, h) = (image.texels.width(), image.texels.height());
     let values: Vec<f32> = (0..w * h)
         .map(|i| {
             let at = |i: usize, n: usize| 2.0 * (i as f32 + 0.5) / n as f32 - 1.0;
             let cos = 1.0 / Vec3::new(at(i % w, w) * half[0], at(i / w, h) * half[1], 1.0).length();
-            rgb_at(&image.texels, i % w, i / w).iter().map(|v| v.max(0.0)).sum::<f32>() * cos * cos * cos
+            let brightness = rgb_at(&image.texels, i % w, i / w).iter().map(|v| v.max(0.0)).sum::<f32>();
+            if on_screen { brightness } else { brightness * cos * cos * cos }
         })
         .collect();
     values.iter().any(|&v| v > 0.0).then(|| Piecewise2D::new(values, w, h))?
@@ -71,6 +79,7 @@ impl Projection {
     pub fn new(
         world_from_light: &Transform,
         image: Handle<TextureImage>,
+        on_screen: bool,
         fov: f32,
         scale: f32,
         images: &Arena<TextureImage>,
@@ -81,9 +90,11 @@ impl Projection {
             light_from_world: world_from_light.inverse(),
             image,
             scale,
+            on_screen,
             half: half_extent(&images[image], fov),
-            flux: projected_luminance(&images[image], fov),
-            distribution: distribution(&images[image], half_extent(&images[image], fov)),
+            flux: projected_luminance(&images[image], fov)
+                * if on_screen { screen_gain(half_extent(&images[image], fov)) } else { 1.0 },
+            distribution: distribution(&images[image], half_extent(&images[image], fov), on_screen),
         }
     }
 
@@ -98,6 +109,12 @@ impl Projection {
 
     fn lanes(&self, images: &Arena<TextureImage>, [u, v]: [f32; 2], w: &Wavelengths) -> Lanes {
         let image = &images[self.image];
+        if self.on_screen {
+            let rgb = interpolated(image, [u, v]).map(|v| v.max(0.0));
+            let length = Vec3::new((2.0 * u - 1.0) * self.half[0], (2.0 * v - 1.0) * self.half[1], 1.0).length();
+            let intensity = self.scale * length * length * length;
+            return slide_lanes(rgb, image.color_space, w) * intensity;
+        }
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         let rgb = rgb_at(&image.texels, cell(u, image.texels.width()), cell(v, image.texels.height()));
         let rgb = rgb.map(|v| v.max(0.0));
