@@ -7,6 +7,7 @@
 mod export;
 mod files;
 mod gltf;
+mod ies;
 mod mitsuba;
 mod model;
 pub mod nanovdb;
