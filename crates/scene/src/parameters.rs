@@ -179,6 +179,7 @@ fn visit_light(name: &str, light: &mut Light, images: &Arena<TextureImage>, foun
             found(&format!("{name}.position"), Slot::Point(position));
         }
         Light::Spot { world_from_light, intensity, scale, .. }
+        | Light::Cone { world_from_light, intensity, scale, .. }
         | Light::Goniometric { world_from_light, intensity, scale, .. } => {
             found(&format!("{name}.intensity"), Slot::Emission(intensity, scale));
             found(&format!("{name}.to_world"), Slot::Place(world_from_light));
@@ -313,7 +314,29 @@ impl Inputs<'_, '_> {
                     self.float(&format!("{p}coat_roughness"), roughness, SHARE);
                 }
             }
-            Scattering::Measured(_) | Scattering::Interface => {}
+            Scattering::Plastic(m) => {
+                (self.found)(&format!("{p}eta"), Slot::Float(&mut m.eta, POSITIVE));
+                self.spectrum(&format!("{p}reflectance"), &mut m.reflectance);
+                if let Some(specular) = &mut m.specular {
+                    self.spectrum(&format!("{p}specular"), specular);
+                }
+            }
+            Scattering::Principled(m) => {
+                self.spectrum(&format!("{p}base_color"), &mut m.base);
+                self.float(&format!("{p}roughness"), &mut m.roughness, SHARE);
+                self.float(&format!("{p}metallic"), &mut m.metallic, SHARE);
+                self.float(&format!("{p}transmission"), &mut m.transmission, SHARE);
+                (self.found)(&format!("{p}eta"), Slot::Float(&mut m.eta, POSITIVE));
+            }
+            Scattering::Altered { reflection, transmission, .. } => {
+                if let Some(factor) = reflection {
+                    self.spectrum(&format!("{p}reflection"), factor);
+                }
+                if let Some(factor) = transmission {
+                    self.spectrum(&format!("{p}transmission"), factor);
+                }
+            }
+            Scattering::Sides { .. } | Scattering::Measured(_) | Scattering::Interface => {}
         }
     }
 }
