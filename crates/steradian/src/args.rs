@@ -57,8 +57,6 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Read a scene and report every problem in it
     Check(SceneArg),
-    /// Write a scene of any format as pbrt-v4, and name what that format cannot say
-    Convert(ConvertArgs),
     /// Say what is in a scene, or what an image file says about itself
     Info(InfoArgs),
     /// Say whether two images show the same, and how far apart they are
@@ -162,21 +160,6 @@ they give the bits of one render.
 Example:
   for i in 1 2 3 4; do steradian render scene.pbrt --spp 1024 --shard $i/4 -o $i.part; done    on four machines
   steradian merge 1.part 2.part 3.part 4.part -o scene.exr";
-
-/// `convert`.
-#[derive(Args, Debug)]
-pub(crate) struct ConvertArgs {
-    /// A scene or model that `render` reads
-    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
-    pub scene: PathBuf,
-
-    /// The file to write; meshes and pictures go to a folder beside it
-    #[arg(value_name = "OUT.pbrt", value_hint = ValueHint::FilePath)]
-    pub output: PathBuf,
-
-    #[command(flatten)]
-    pub model: ModelArgs,
-}
 
 /// `render`.
 #[derive(Args, Debug, Clone)]
