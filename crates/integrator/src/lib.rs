@@ -8,8 +8,10 @@ mod distribution;
 mod first_hit;
 mod hero;
 mod lobe_sampling;
+mod mlt;
 mod numbers;
 mod path;
+mod photon;
 pub mod record;
 mod simple_volpath;
 mod splat;
@@ -22,13 +24,16 @@ pub use bidirectional::{Bdpt, LightPath, Paths};
 pub use debug::{AmbientOcclusion, View};
 pub use distribution::Distribution;
 pub use first_hit::{FirstHit, first_hit};
+pub use mlt::{Chain, Coordinate, Mlt, PathLight, Place};
 pub use numbers::{Domain, Numbers, StratifiedNumbers};
 pub use path::Path;
+pub use photon::{Photon, PhotonMap, Sppm};
 use record::Record;
 pub use simple_volpath::SimpleVolPath;
 pub use splat::Splat;
+use std::sync::Arc;
 use steradian_math::Point2;
-use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, World};
+use steradian_scene::{CameraRay, CameraSample, IntegratorKind, Stratify, Techniques, TestFunction, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 pub use switched::SwitchedPath;
 pub use volpath::VolPath;
@@ -41,6 +46,17 @@ pub struct Scratch<'w> {
     paths: Paths<'w>,
     /// What has landed since whoever looks at it cleared it.
     pub splats: Vec<Splat>,
+    /// The number of the sample in its pixel.
+    pub sample: u32,
+    /// Photons. Whoever has those of the sample lends them; if nobody does, they are sent out when they are needed.
+    pub photons: Option<Arc<PhotonMap>>,
+}
+
+impl<'w> Scratch<'w> {
+    /// The memory for vertices.
+    pub fn paths(&mut self) -> &mut Paths<'w> {
+        &mut self.paths
+    }
 }
 
 /// The algorithms.
@@ -56,12 +72,18 @@ pub enum Integrator {
     LightPath(LightPath),
     /// Bidirectional path tracing.
     Bdpt(Bdpt),
+    /// Stochastic progressive photon mapping.
+    Sppm(Sppm),
+    /// Metropolis light transport.
+    Mlt(Mlt),
     /// Path tracing by choice of technique.
     SwitchedPath(SwitchedPath),
     /// Whitted's ray tracing.
     Whitted(Whitted),
     /// Brute-force distribution ray tracing.
     Distribution(Distribution),
+    /// A function of the first two random numbers.
+    Function(TestFunction),
     /// A quantity of the first hit.
     View(View),
     /// Ambient occlusion.
@@ -92,7 +114,10 @@ impl Integrator {
                 Self::Distribution(Distribution { max_depth, parameters, unsampled_lights })
             }
             IntegratorKind::LightPath => Self::LightPath(LightPath { max_depth }),
+            IntegratorKind::Mlt(parameters) => Self::Mlt(Mlt { max_depth, regularize, parameters }),
+            IntegratorKind::Sppm(photons) => Self::Sppm(Sppm::new(world, max_depth, &photons)),
             IntegratorKind::Bdpt(show) => Self::Bdpt(Bdpt { max_depth, regularize, show }),
+            IntegratorKind::Function(f) => Self::Function(f),
             IntegratorKind::Normals => Self::View(View::Normals),
             IntegratorKind::Albedo => Self::View(View::Albedo),
             IntegratorKind::Depth => Self::View(View::Depth),
@@ -120,8 +145,8 @@ impl Integrator {
     /// An estimate of the mean radiance over lens and shutter at a film position, weighted as the lens does, in the four lanes of `wavelengths`.
     ///
     /// One camera ray, or as many as the algorithm wants.
-    #[inline]
     /// Light that lands on other places of the film is added to the splats of `scratch`.
+    #[inline]
     pub fn film_radiance<'w, N: Numbers, R: Record>(
         &self,
         world: &'w World,
@@ -135,9 +160,22 @@ impl Integrator {
             return d.film_radiance(world, film, wavelengths, numbers, record);
         }
         let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
-        let time = if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
+        let time = match self {
+            Self::Sppm(sppm) => sppm.time(scratch.sample),
+            _ if world.has_motion() => numbers.one(Domain::Time),
+            _ => 0.5,
+        };
         let sample = CameraSample { film, lens, time };
-        let Scratch { paths, splats } = scratch;
+        if let Self::Sppm(sppm) = self {
+            let index = scratch.sample;
+            let map = match &scratch.photons {
+                Some(map) if map.iteration() == index => map.clone(),
+                _ => scratch.photons.insert(Arc::new(sppm.map(world, index, record))).clone(),
+            };
+            let ray = world.camera_ray(&sample);
+            return sppm.radiance(world, &ray, wavelengths, &map, numbers, record) * ray.weight;
+        }
+        let Scratch { paths, splats, .. } = scratch;
         match self {
             Self::Bdpt(bdpt) => return bdpt.sample(world, &sample, wavelengths, numbers, record, (paths, splats)),
             Self::LightPath(light) => {
@@ -155,15 +193,21 @@ impl Integrator {
         self.radiance(world, &ray, wavelengths, numbers, record) * ray.weight
     }
 
+    /// The wavelengths of a sample, where they are not its own.
+    #[inline]
+    pub fn wavelengths(&self, world: &World, sample: u32) -> Option<Wavelengths> {
+        if let Self::Sppm(sppm) = self { Some(sppm.wavelengths(world, sample)) } else { None }
+    }
+
     /// Whether samples bring light to other pixels than their own.
     pub fn splats(&self) -> bool {
-        matches!(self, Self::Bdpt(_) | Self::LightPath(_))
+        matches!(self, Self::Bdpt(_) | Self::LightPath(_) | Self::Mlt(_))
     }
 
     /// An estimate of the radiance that arrives along a camera ray, in the four lanes of `wavelengths`.
     ///
     /// Unbiased, unless a setting or the algorithm says otherwise; finite unless there is a bug or the scene holds
-    /// infinities. Of algorithms that connect to the camera themselves there is none.
+    /// infinities. Of algorithms that need more than a ray there is none.
     #[inline]
     pub fn radiance<N: Numbers, R: Record>(
         &self,
@@ -182,7 +226,7 @@ impl Integrator {
             Self::Distribution(d) => d.radiance(world, ray, wavelengths, numbers, record),
             Self::View(view) => view.radiance(world, ray, wavelengths, record),
             Self::AmbientOcclusion(ao) => ao.radiance(world, ray, wavelengths, numbers, record),
-            Self::Bdpt(_) | Self::LightPath(_) => Lanes::ZERO,
+            Self::Bdpt(_) | Self::LightPath(_) | Self::Sppm(_) | Self::Mlt(_) | Self::Function(_) => Lanes::ZERO,
         }
     }
 }

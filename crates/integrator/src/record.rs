@@ -191,7 +191,7 @@ impl Record for RayCounts {
 }
 
 /// What a render is counted in: rays alone, or all of [`Counters`].
-pub trait Count: Record + Clone + Default + Send {
+pub trait Count: Record + Clone + Default + Send + Sync {
     /// Adds the counts of another thread.
     fn merge(&mut self, o: &Self);
     /// The rays.

@@ -6,6 +6,7 @@
 
 mod files;
 mod gltf;
+mod ies;
 mod mitsuba;
 mod model;
 pub mod nanovdb;

@@ -7,8 +7,9 @@ use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, load_pbrt};
 use steradian_math::{Normal3, PI, Point3, Transform, Vec3};
 use steradian_sampling::{Randomization, SamplerKind};
 use steradian_scene::{
-    Bidirectional, CheckerMapping, EnvironmentMapping, Glow, IntegratorKind, Ior, Light, LightSelection, Mapping2,
-    Metal, Primitive, Projection, Scattering, Scene, Shape, SphericalMapping, Texture, Volume,
+    Bands, Bidirectional, CheckerMapping, EnvironmentMapping, FilmKind, Glow, IntegratorKind, Ior, Light,
+    LightSelection, Mapping2, Metal, Metropolis, PhotonMapping, Primitive, Projection, Scattering, Scene, Shape,
+    SphericalMapping, TestFunction, Texture, Volume,
 };
 use steradian_spectrum::{ColorSpace, SpectrumUse, cie};
 
@@ -485,4 +486,137 @@ fn paths_from_lights_have_their_parameters() {
     assert_eq!(s.light_selection, LightSelection::Uniform);
     let s = settings("Integrator \"lightpath\"");
     assert_eq!((s.kind, s.max_depth), (IntegratorKind::LightPath, 5));
+}
+
+#[test]
+fn photons_chains_functions_and_films() {
+    let s = load(
+        "Film \"spectral\" \"integer nbuckets\" 8 \"float lambdamin\" 400 \"float lambdamax\" 700\n\
+         Integrator \"sppm\" \"float radius\" .5 \"integer photonsperiteration\" -1 \"integer seed\" -3 \"integer maxdepth\" 9 WorldBegin",
+    );
+    assert_eq!(s.settings.film.kind, FilmKind::Spectral(Bands { count: 8, range: [400.0, 700.0] }));
+    let photons = PhotonMapping { radius: Some(0.5), per_iteration: None, seed: Some(-3i64 as u64) };
+    assert_eq!((s.settings.integrator.kind, s.settings.integrator.max_depth), (IntegratorKind::Sppm(photons), 9));
+    let s = load(
+        "Film \"gbuffer\" \"string coordinatesystem\" \"world\" Sampler \"halton\" \"integer pixelsamples\" 7\n\
+         Integrator \"mlt\" \"integer mutationsperpixel\" 33 \"integer chains\" 12 \"integer bootstrapsamples\" 99\n\
+         \"float sigma\" .2 \"float largestepprobability\" .5 WorldBegin",
+    );
+    assert_eq!(s.settings.film.kind, FilmKind::GBuffer { in_world: true });
+    let chains = Metropolis { bootstrap_samples: 99, chains: 12, large_step_probability: 0.5, sigma: 0.2 };
+    assert_eq!((s.settings.integrator.kind, s.settings.sampler.spp), (IntegratorKind::Mlt(chains), 33));
+    let s = load("Integrator \"function\" \"string function\" \"disk\" WorldBegin");
+    assert_eq!(s.settings.integrator.kind, IntegratorKind::Function(TestFunction::Disk));
+    assert_eq!(s.settings.integrator.report.as_deref(), Some("disk-mse.txt"));
+}
+
+/// What pbrt-v4 calls otherwise, side by side: the same scene in all that can be compared as text.
+#[test]
+fn scenes_of_pbrt_v3_are_read_as_v4_would_say_it() {
+    let v3 = r#"Film "image" "integer xresolution" 30 "float scale" 2 "float maxsampleluminance" 5
+Sampler "random" "integer pixelsamples" 8
+PixelFilter "gaussian" "float xwidth" 2 "float ywidth" 1 "float alpha" 2
+Integrator "directlighting" "integer maxdepth" 7
+Camera "environment"
+WorldBegin
+LightSource "distant" "point from" [ 0 1 0 ] "blackbody L" [ 3000 2 ] "color scale" [ 3 3 3 ] "integer samples" 4
+AreaLightSource "area" "color L" [ 1 1 1 ] "integer nsamples" 2
+Texture "u" "color" "constant" "color value" [ .2 .3 .4 ]
+Texture "t" "color" "scale" "color tex1" [ .5 .5 .5 ] "texture tex2" "u"
+MakeNamedMaterial "a" "string type" "matte" "color Kd" [ .1 .2 .3 ] "float sigma" 20
+MakeNamedMaterial "b" "string type" "glass" "float index" 1.4 "color Kr" [ 1 1 1 ]
+Material "mix" "color amount" [ .25 .25 .25 ] "string namedmaterial1" "a" "string namedmaterial2" "b"
+Shape "loopsubdiv" "integer nlevels" 1 "integer indices" [ 0 1 2 ] "point P" [ 0 0 0 1 0 0 0 1 0 ]
+Material "substrate" "color Kd" [ .4 .4 .4 ] "color Ks" [ 1 1 1 ] "bool remaproughness" "false"
+Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 0 0 0 1 0 0 0 1 0 ] "float st" [ 0 0 1 0 0 1 ]
+Material ""
+Shape "sphere"
+WorldEnd
+"#;
+    let v4 = r#"Film "rgb" "integer xresolution" 30 "float iso" 200 "float maxcomponentvalue" 5
+Sampler "independent" "integer pixelsamples" 8
+PixelFilter "gaussian" "float xradius" 2 "float yradius" 1 "float sigma" .5
+Integrator "path" "integer maxdepth" 1
+Camera "spherical" "string mapping" "equirectangular"
+WorldBegin
+LightSource "distant" "point3 from" [ 0 1 0 ] "blackbody L" [ 3000 ] "float scale" 6
+AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
+Texture "u" "spectrum" "constant" "rgb value" [ .2 .3 .4 ]
+Texture "t" "spectrum" "scale" "float scale" .5 "texture tex" "u"
+MakeNamedMaterial "a" "string type" "diffuse" "rgb reflectance" [ .1 .2 .3 ]
+MakeNamedMaterial "b" "string type" "dielectric" "float eta" 1.4
+Material "mix" "float amount" .25 "string materials" [ "b" "a" ]
+Shape "loopsubdiv" "integer levels" 1 "integer indices" [ 0 1 2 ] "point3 P" [ 0 0 0 1 0 0 0 1 0 ]
+Material "coateddiffuse" "rgb reflectance" [ .4 .4 .4 ] "float roughness" .1 "bool remaproughness" false
+Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ 0 0 0 1 0 0 0 1 0 ] "point2 uv" [ 0 0 1 0 0 1 ]
+Material "interface"
+Shape "sphere"
+"#;
+    let old = try_load(v3, Memory::new());
+    let said: Vec<&str> = old.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert!(said[0].starts_with("a scene of pbrt-v3, by its `WorldEnd`"), "{said:?}");
+    let (old, new) = (old.scene.unwrap_or_else(|| panic!("{said:?}")), load_with(v4, Memory::new()));
+    assert_eq!(format!("{:?}", old.settings), format!("{:?}", new.settings));
+    assert_eq!(format!("{:?}", old.camera), format!("{:?}", new.camera));
+    assert_eq!(format!("{:?}", old.lights), format!("{:?}", new.lights));
+    assert_eq!(format!("{:?}", old.materials), format!("{:?}", new.materials));
+    assert_eq!(format!("{:?}", old.spectrum_textures), format!("{:?}", new.spectrum_textures));
+    assert_eq!(format!("{:?}", old.float_textures), format!("{:?}", new.float_textures));
+    assert_eq!(format!("{:?}", old.primitives), format!("{:?}", new.primitives));
+    assert_eq!(format!("{:?}", old.triangle_meshes), format!("{:?}", new.triangle_meshes));
+    // Without its end it is a scene of pbrt-v4, and wrong.
+    assert!(try_load(&v3.replace("WorldEnd", ""), Memory::new()).scene.is_none());
+}
+
+#[test]
+fn objects_hold_objects_and_lights() {
+    let s = load_with(
+        "WorldBegin ObjectBegin \"a\" AreaLightSource \"diffuse\" Shape \"sphere\" ObjectEnd\n\
+         ObjectBegin \"b\" Translate 1 0 0 ObjectInstance \"a\" Translate 1 0 0 ObjectInstance \"a\" ObjectEnd\n\
+         ObjectInstance \"b\" Translate 0 5 0 ObjectInstance \"b\"",
+        Memory::new(),
+    );
+    assert_eq!((s.instances.len(), s.objects.len()), (2, 2));
+    let world = steradian_scene::World::build(s).unwrap();
+    assert_eq!(world.light_count(), 4);
+    let itself =
+        try_load("WorldBegin ObjectBegin \"a\" Shape \"sphere\" ObjectInstance \"a\" ObjectEnd", Memory::new());
+    assert_eq!(itself.diagnostics[0].message, "the object \"a\" contains itself");
+}
+
+#[test]
+fn photometric_files_are_goniometric_lights() {
+    let file = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 60\n0 90 180\n0\n100 100 0\n";
+    let s = load_with(
+        "WorldBegin LightSource \"goniometric\" \"string filename\" \"lamp.ies\"",
+        Memory::new().with("dir/lamp.ies", file),
+    );
+    let Light::Goniometric { world_from_light, intensity, image, scale } = &s.lights[0] else { panic!() };
+    let texels = &s.images[*image].texels;
+    let seen = |d: [f32; 3]| {
+        let local = world_from_light.inverse().vector(Vec3::from_array(d));
+        let [u, v] = steradian_sampling::warp::octahedral_to_square(local);
+        let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
+        texels.texel(cell(u, texels.width()), cell(v, texels.height()), 0)
+    };
+    // Straight down, aside, and straight up.
+    near(seen([0.0, -1.0, 0.0]), 100.0);
+    assert!((seen([1.0, 0.0, 0.0]) - 100.0).abs() < 0.5 && (seen([0.0, 0.0, -1.0]) - 100.0).abs() < 0.5);
+    assert!(seen([0.0, 1.0, 0.0]) < 0.5);
+    near(intensity.photometric() * scale, 1.0);
+    let wrong = try_load(
+        "WorldBegin LightSource \"goniometric\" \"string filename\" \"lamp.ies\"",
+        Memory::new().with("dir/lamp.ies", "IESNA"),
+    );
+    assert!(wrong.diagnostics[0].message.contains("no photometric file"));
+}
+
+/// An e with an accent in one character, and in two.
+#[test]
+fn the_same_letters_are_the_same_name() {
+    let s = load_with(
+        "WorldBegin MakeNamedMaterial \"caf\u{e9}\" \"string type\" \"conductor\" NamedMaterial \"cafe\u{301}\" Shape \"sphere\"",
+        Memory::new(),
+    );
+    assert!(matches!(s.materials[s.primitives[0].material].scattering, Scattering::Conductor { .. }));
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use steradian_integrator::{FirstHit, first_hit};
-use steradian_math::{Point2, Vec2};
+use steradian_math::{Point2, Point3, Ray, Vec2, Vec3};
 use steradian_sampling::Sampler;
 use steradian_scene::{CameraSample, World};
 use steradian_spectrum::{ColorMode, Wavelengths};
@@ -33,6 +33,8 @@ pub struct Features {
     pub uv: [f32; 2],
     /// How far it moves to the right and down while the shutter is open, in pixels, over that part.
     pub motion: [f32; 2],
+    /// How much farther away it is one pixel to the right and one down, over that part.
+    pub slope: [f32; 2],
     /// Share of the pixel of each object (instance plus one or zero, primitive), largest first.
     pub objects: Vec<((u32, u32), f32)>,
     /// Share of the pixel of each material, largest first.
@@ -82,7 +84,7 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
     let mut objects: BTreeMap<(u32, u32), f32> = BTreeMap::new();
     let mut materials: BTreeMap<u32, f32> = BTreeMap::new();
     for index in 0..spp {
-        let Some((hit, albedo, weight)) = sample(pixels, sampler, pixel, index) else { continue };
+        let Some((hit, albedo, slope, weight)) = sample(pixels, sampler, pixel, index) else { continue };
         sum.alpha += weight;
         sum.depth += hit.depth * weight;
         for c in 0..3 {
@@ -95,6 +97,8 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
         sum.uv[1] += hit.uv.y * weight;
         sum.motion[0] += hit.motion.x * weight;
         sum.motion[1] += hit.motion.y * weight;
+        sum.slope[0] += slope[0] * weight;
+        sum.slope[1] += slope[1] * weight;
         *objects.entry((hit.object.0.map_or(0, |i| i + 1), hit.object.1)).or_default() += weight;
         *materials.entry(hit.material.index() as u32).or_default() += weight;
     }
@@ -109,18 +113,19 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
         position: sum.position.map(|v| v * seen),
         uv: sum.uv.map(|v| v * seen),
         motion: sum.motion.map(|v| v * seen),
+        slope: sum.slope.map(|v| v * seen),
         objects: ranked(objects, all),
         materials: ranked(materials, all),
     }
 }
 
-/// What one sample sees, its albedo as a colour, and the filter's weight.
+/// What one sample sees, its albedo as a colour, its slope, and the filter's weight.
 fn sample(
     pixels: &PixelSampler,
     sampler: &mut Sampler,
     pixel: [u32; 2],
     index: u32,
-) -> Option<(FirstHit, [f32; 3], f32)> {
+) -> Option<(FirstHit, [f32; 3], [f32; 2], f32)> {
     let (world, settings) = (pixels.world, pixels.world.settings());
     sampler.start(pixel, index, 0);
     let position = sampler.pixel_2d();
@@ -133,13 +138,28 @@ fn sample(
     let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
     let mut wavelengths = match settings.color {
         ColorMode::Rgb => Wavelengths::rgb(),
-        ColorMode::Spectral => Wavelengths::sample_visible(sampler.next_1d()),
+        ColorMode::Spectral => settings.wavelengths(sampler.next_1d()),
     };
     let lens = if world.camera().has_lens() { sampler.next_2d() } else { [0.5, 0.5] };
     let time = if world.has_motion() { sampler.next_1d() } else { 0.5 };
-    let ray = world.camera_ray(&CameraSample { film, lens, time });
+    let camera_sample = CameraSample { film, lens, time };
+    let ray = world.camera_ray(&camera_sample);
     let hit = first_hit(world, &ray, &mut wavelengths)?;
-    Some((hit, settings.film.color_space.reflectance_rgb(hit.albedo, &wavelengths), weight))
+    let slope = slope(world, &camera_sample, &ray.ray, &hit);
+    Some((hit, settings.film.color_space.reflectance_rgb(hit.albedo, &wavelengths), slope, weight))
+}
+
+/// How much farther away the plane of a surface is along the view axis one pixel to the right and one down: where the rays there meet it;
+/// zero where they pass it.
+fn slope(world: &World, sample: &CameraSample, ray: &Ray, hit: &FirstHit) -> [f32; 2] {
+    let (camera, n) = (world.camera(), hit.geometric);
+    let beside = camera.differential(sample, ray);
+    let farther = |o: Point3, d: Vec3| {
+        let t = n.dot(hit.p - o) / n.dot(d);
+        let along = (o + d * t - hit.p).dot(camera.view_direction());
+        if t > 0.0 && along.is_finite() { along / camera.differential_scale() } else { 0.0 }
+    };
+    [farther(beside.rx_o, beside.rx_d), farther(beside.ry_o, beside.ry_d)]
 }
 
 fn ranked<K: Copy + Ord>(shares: BTreeMap<K, f32>, scale: f32) -> Vec<(K, f32)> {

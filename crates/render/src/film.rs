@@ -1,6 +1,7 @@
 //! The film: tiles of pixel sums, and the image that they amount to.
 
-use crate::fault::BadSample;
+use crate::chains::Chains;
+use crate::fault::{BadSample, Fault};
 use crate::splats::Splats;
 use crate::sums::{Node, PixelStack, PixelSum, add_layers};
 use steradian_integrator::record::RayCounts;
@@ -178,6 +179,8 @@ pub struct Film {
     pub tiles: Vec<Tile>,
     /// Light that samples of one pixel bring to others, for algorithms that do that.
     pub splats: Option<Splats>,
+    /// Where the chains of Metropolis light transport stand.
+    pub chains: Option<Chains>,
     /// Width and height of a tile, but for those at the right and the lower edge.
     pub(crate) tile_size: u32,
 }
@@ -208,7 +211,7 @@ impl Film {
                 tiles.push(Tile::new([x, y], [tile_size.min(x1 - x), tile_size.min(y1 - y)], layers));
             }
         }
-        Self { bounds, tiles, splats: None, tile_size }
+        Self { bounds, tiles, splats: None, chains: None, tile_size }
     }
 
     /// How many colours each pixel has besides its own.
@@ -243,6 +246,10 @@ impl Film {
                     for c in 0..3 {
                         e.mean[c] = (f64::from(e.mean[c]) + mean[c]) as f32;
                         e.variance[c] = (f64::from(e.variance[c]) + variance[c]) as f32;
+                    }
+                    if self.chains.is_some() {
+                        // The steps of a chain are no independent samples.
+                        e.variance = [f32::INFINITY; 3];
                     }
                 }
                 out[at] = f(&e);
@@ -295,17 +302,23 @@ impl Film {
 
     /// Rays traced.
     pub fn rays(&self) -> RayCounts {
-        self.tiles.iter().fold(RayCounts::default(), |mut sum, t| {
-            sum.merge(&t.rays);
-            sum
-        })
+        let mut sum = RayCounts::default();
+        self.tiles.iter().for_each(|t| sum.merge(&t.rays));
+        self.chains.iter().for_each(|c| sum.merge(&c.rays()));
+        sum
     }
 
     /// The first samples that went wrong, in the order of samples and pixels, and how many did in all.
     pub fn bad(&self) -> (Vec<BadSample>, u64) {
         let mut bad: Vec<_> = self.tiles.iter().flat_map(|t| t.bad.iter().cloned()).collect();
+        let in_chains = self.chains.as_ref().map_or(0, Chains::bad_count);
+        if in_chains > 0 {
+            // A chain goes through all pixels: there is no place to tell.
+            let [x, _, y, _] = self.bounds;
+            bad.push(BadSample { pixel: [x, y], sample: 0, fault: Fault::NotFinite });
+        }
         sort_bad(&mut bad);
-        (bad, self.tiles.iter().map(|t| t.bad_count).sum())
+        (bad, self.tiles.iter().map(|t| t.bad_count).sum::<u64>() + in_chains)
     }
 }
 

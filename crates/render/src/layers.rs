@@ -5,6 +5,7 @@
 //! samples make them, the greatest and the least are left out (Buisine, Delepoulle and Renaud 2021, "Firefly removal in Monte
 //! Carlo rendering with adaptive Median of meaNs").
 
+use crate::bands::{self, slots_of};
 use crate::film::Film;
 use crate::sample::{PixelSampler, Sampled};
 use crate::sums::PixelSum;
@@ -13,7 +14,7 @@ use steradian_integrator::Scratch;
 use steradian_integrator::record::{Contribution, Count, RayKind, Record, Technique};
 use steradian_sampling::Sampler;
 use steradian_sampling::rng::mix_bits;
-use steradian_scene::World;
+use steradian_scene::{Bands, World};
 use steradian_spectrum::Lanes;
 
 /// So many colours a pixel may have besides its own.
@@ -28,7 +29,7 @@ pub const CLAMPED: &str = "clamped";
 const SETS: usize = 7;
 
 /// A part of the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Layer {
     /// Lamps, sky and flames that the camera sees.
     Emission,
@@ -46,6 +47,8 @@ pub enum Layer {
     Clamped,
     /// What the outlier filter takes away.
     Outliers,
+    /// Radiance by bands of wavelengths.
+    Spectrum(Bands),
 }
 
 impl Layer {
@@ -57,16 +60,21 @@ impl Layer {
             Self::FoundByLobe => c.technique == Technique::Hit,
             Self::FoundByLight => c.technique == Technique::LightSampling,
             Self::Group(wanted) => wanted == group,
-            Self::Clamped | Self::Outliers => false,
+            Self::Clamped | Self::Outliers | Self::Spectrum(_) => false,
         }
     }
 
     fn width(self) -> usize {
-        if self == Self::Outliers { SETS } else { 1 }
+        match self {
+            Self::Outliers => SETS,
+            // For each band what fell into it, and how often something did.
+            Self::Spectrum(bands) => slots_of(bands.count),
+            _ => 1,
+        }
     }
 
     fn needs_contributions(self) -> bool {
-        !matches!(self, Self::Clamped | Self::Outliers)
+        !matches!(self, Self::Clamped | Self::Outliers | Self::Spectrum(_))
     }
 }
 
@@ -122,6 +130,7 @@ impl Layers {
             Layer::Group(i) => format!("RGBA_{}", groups.get(*i as usize).map_or("", String::as_str)),
             Layer::Clamped => CLAMPED.to_owned(),
             Layer::Outliers => OUTLIERS.to_owned(),
+            Layer::Spectrum(bands) => bands::name_of(*bands),
         };
         Self { names: list.iter().map(name).collect(), list, group_of_light, rest }
     }
@@ -149,7 +158,11 @@ impl Layers {
 
 /// Colours of a pixel besides its own, for layers of these names.
 pub fn layer_width(names: &[String]) -> usize {
-    names.iter().map(|n| if n == OUTLIERS { SETS } else { 1 }).sum()
+    names.iter().map(|n| width_of(n)).sum()
+}
+
+fn width_of(name: &str) -> usize {
+    if name == OUTLIERS { SETS } else { bands::from_name(name).map_or(1, |b| slots_of(b.count)) }
 }
 
 /// The set that a sample belongs to: each block of seven has one of each, turned at random.
@@ -196,6 +209,7 @@ impl<'a> LayerSampler<'a> {
                     slots.fill([0.0; 3]);
                     slots[set_of(pixel, index)] = sampled.rgb;
                 }
+                Layer::Spectrum(bands) => bands::sort(*bands, &sampled, slots),
                 _ => slots[0] = sampler.color(*part, &sampled),
             }
         }
@@ -245,7 +259,7 @@ impl<C: Count> Record for Sort<'_, C> {
     }
 }
 
-/// The layers of a film by name, row by row; that of [`OUTLIERS`] is what is to be taken from the picture.
+/// The layers of a film by name, row by row, but for [`read_spectrum`]; that of [`OUTLIERS`] is what is to be taken from the picture.
 ///
 /// # Panics
 /// If the film has other layers.
@@ -255,11 +269,11 @@ pub fn read_layers(film: &Film, names: &[String]) -> Vec<(String, Vec<[f32; 3]>)
     let mut at = 0;
     names
         .iter()
-        .map(|name| {
+        .filter_map(|name| {
             let from = at;
-            at += if name == OUTLIERS { SETS } else { 1 };
+            at += width_of(name);
             let pixels = if name == OUTLIERS { outliers(film, from) } else { means.iter().map(|m| m[from]).collect() };
-            (name.clone(), pixels)
+            bands::from_name(name).is_none().then(|| (name.clone(), pixels))
         })
         .collect()
 }

@@ -1,5 +1,7 @@
 //! Film, tiles, threads, progress, stop rules, checkpoints, shares of a distributed render.
 
+mod bands;
+mod chains;
 pub mod contrast;
 mod error;
 mod error_goal;
@@ -7,6 +9,7 @@ mod fault;
 mod features;
 mod film;
 mod layers;
+mod photons;
 mod renderer;
 mod sample;
 mod schedule;
@@ -16,6 +19,8 @@ mod splats;
 mod sums;
 mod task;
 
+pub use bands::read_spectrum;
+pub use chains::Chains;
 pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};

@@ -1,10 +1,12 @@
 //! The render loop: rounds and passes over tiles on all threads, progress, looking, stopping, checkpoints.
 
+use crate::chains::{Bootstrap, ChainState, Chains};
 use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
 use crate::fault::{BadSample, Fault};
 use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
 use crate::layers::{LayerSampler, Layers, finite};
+use crate::photons::{self, Sent};
 use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
 use crate::share::Share;
@@ -14,10 +16,10 @@ use crate::sums::{PixelStack, PixelSum};
 use crate::task::{Adaptive, Goals, Observer, Outcome, Plan, Progress, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
-use steradian_integrator::Scratch;
 use steradian_integrator::record::{Count, Counters, RayCounts};
+use steradian_integrator::{Integrator, Scratch};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
 
@@ -63,6 +65,7 @@ impl Rendered {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
         w.splats(film.splats.as_ref());
+        w.chains(film.chains.as_ref().map(|c| c.states.iter()));
         w.finish()
     }
 
@@ -148,6 +151,9 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
             };
             let mut film = Film::with_tiles(bounds, tile_size, task.layers.width());
             film.splats = sampler.splats().then(|| Splats::new(task.world.settings().film.resolution, bounds));
+            if let Integrator::Mlt(mlt) = &sampler.integrator {
+                film.chains = Some(Chains::new(mlt.parameters.chains));
+            }
             let schedule = Schedule::new(film.tiles.len());
             (film, schedule, Duration::ZERO)
         }
@@ -168,39 +174,42 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
         last_report: Mutex::new(start),
         storing: AtomicBool::new(false),
         counts: Mutex::new(C::default()),
+        bootstrap: OnceLock::new(),
     };
     let rendered = job.run(film, schedule);
     (rendered, job.counts.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-struct Job<'a, 'w, C> {
-    sampler: &'a PixelSampler<'w>,
+pub(crate) struct Job<'a, 'w, C> {
+    pub sampler: &'a PixelSampler<'w>,
     observer: &'a dyn Observer,
-    cancel: &'a AtomicBool,
+    pub cancel: &'a AtomicBool,
     start: Instant,
     /// Time spent in earlier runs.
     before: Duration,
-    plan: &'a Plan,
-    goals: &'a Goals,
+    pub plan: &'a Plan,
+    pub goals: &'a Goals,
     layers: &'a Layers,
     label: Label<'a>,
     /// Tiles done in the current pass.
     done: AtomicUsize,
     /// Samples of all pixels.
-    samples: AtomicU64,
+    pub samples: AtomicU64,
     /// Rays of this run.
-    rays: AtomicU64,
+    pub rays: AtomicU64,
     last_report: Mutex<Instant>,
     /// Whether a thread is making a checkpoint.
     storing: AtomicBool,
     /// What was counted in this run.
-    counts: Mutex<C>,
+    pub counts: Mutex<C>,
+    /// What chains start from, once it is known.
+    pub bootstrap: OnceLock<Bootstrap>,
 }
 
 /// The bound for which the goal's statement, or that of [`ErrorGoal::linear`], would hold at an only look.
 fn error_of(film: &Film, goals: &Goals) -> Option<f64> {
     let goal = goals.error.unwrap_or(ErrorGoal::linear(1.0));
-    let sampled = film.tiles.iter().all(|t| t.samples() > 1);
+    let sampled = film.chains.is_none() && film.tiles.iter().all(|t| t.samples() > 1);
     sampled.then(|| assess(film, &goal, 1).bound).filter(|b| b.is_finite())
 }
 
@@ -213,7 +222,7 @@ struct Asked {
 
 /// What the last look found, for progress.
 #[derive(Clone, Copy, Default)]
-struct Found {
+pub(crate) struct Found {
     error: Option<f64>,
     bound: Option<f64>,
 }
@@ -232,7 +241,11 @@ impl<'w, C: Count> Job<'_, 'w, C> {
             if started && self.plan.time_limit.is_some_and(|limit| self.elapsed() >= limit) {
                 break Outcome::TimeLimit;
             }
-            let end = schedule::pass_end(nominal).min(self.plan.spp);
+            let end = match self.sampler.integrator {
+                // Photons are those of one sample.
+                Integrator::Sppm(_) => nominal + 1,
+                _ => schedule::pass_end(nominal).min(self.plan.spp),
+            };
             match self.pass(&mut film, &schedule, end, found) {
                 Pass::Nothing => {}
                 Pass::Done => {
@@ -254,7 +267,8 @@ impl<'w, C: Count> Job<'_, 'w, C> {
 
     /// Looks at the picture at the end of a round, and plans the next one. Whether the error goal is reached.
     fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
-        let adaptive = if film.splats.is_some() { Adaptive::No } else { self.goals.criterion() };
+        let together = film.splats.is_some() || matches!(self.sampler.integrator, Integrator::Sppm(_));
+        let adaptive = if together { Adaptive::No } else { self.goals.criterion() };
         let seen = self.assess(film, schedule::look_at(schedule.round));
         let goal = self.goals.error.as_ref();
         if let (Some(goal), Some(seen)) = (goal, &seen) {
@@ -378,27 +392,41 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         let ranges: Vec<_> = (0..film.tiles.len()).map(|i| self.range(schedule, i, width, nominal)).collect();
         let todo: Vec<usize> =
             (0..ranges.len()).filter(|&i| ranges[i][1] > film.tiles[i].end.max(ranges[i][0])).collect();
+        if let Integrator::Mlt(mlt) = &self.sampler.integrator {
+            return self.chain_pass(film, schedule, *mlt, (&ranges, nominal), found);
+        }
         if todo.is_empty() {
             return Pass::Nothing;
         }
+        let photons = match &self.sampler.integrator {
+            Integrator::Sppm(sppm) => {
+                let sent = photons::send::<C>(self.sampler.world, sppm, nominal - 1, self.plan.threads, self.cancel);
+                let Some(sent) = sent else { return Pass::Interrupted(None) };
+                self.rays.fetch_add(sent.counts.rays().total(), Ordering::Relaxed);
+                Some(sent)
+            }
+            _ => None,
+        };
         let backup = (film.total_samples() > 0).then(|| film.clone());
         self.done.store(0, Ordering::Relaxed);
         let (size, bounds) = (film.size(), film.bounds);
         {
             let tiles: Vec<Mutex<&mut Tile>> = film.tiles.iter_mut().map(Mutex::new).collect();
             let splats = film.splats.as_mut().map(Mutex::new);
-            let canvas = Canvas { tiles: &tiles, splats: splats.as_ref() };
+            let canvas = Canvas { tiles: &tiles, splats: splats.as_ref(), chains: None };
             let next = AtomicUsize::new(0);
             let work = || {
                 let mut sampler = Sampler::new(&self.sampler.world.settings().sampler);
                 let mut scratch = Scratch::default();
+                scratch.photons = photons.as_ref().map(|sent| sent.map.clone());
                 loop {
                     let k = next.fetch_add(1, Ordering::Relaxed);
                     if k >= todo.len() || self.cancel.load(Ordering::Relaxed) {
                         return;
                     }
                     let i = todo[k];
-                    self.render_tile(&canvas, i, ranges[i], &mut sampler, &mut scratch);
+                    let sent = photons.as_ref().filter(|_| i == 0);
+                    self.render_tile(&canvas, i, ranges[i], sent, &mut sampler, &mut scratch);
                     self.observer.tile(&locked(&tiles[i]));
                     self.done.fetch_add(1, Ordering::Relaxed);
                     self.maybe_report(&size, found);
@@ -418,7 +446,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         Pass::Interrupted(backup.map(|backup| std::mem::replace(film, backup)))
     }
 
-    fn maybe_report(&self, size: &[usize; 2], found: Found) {
+    pub fn maybe_report(&self, size: &[usize; 2], found: Found) {
         // Whoever finds the lock taken has nothing to add.
         if let Ok(mut last) = self.last_report.try_lock()
             && last.elapsed() >= Duration::from_millis(100)
@@ -429,7 +457,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
     }
 
     /// Makes a checkpoint while the other threads go on. Each tile is taken as it is: the schedule says what each still needs.
-    fn maybe_store(&self, canvas: &Canvas, schedule: &Schedule, bounds: [u32; 4]) {
+    pub fn maybe_store(&self, canvas: &Canvas, schedule: &Schedule, bounds: [u32; 4]) {
         if !self.observer.checkpoint_due() || self.storing.swap(true, Ordering::Acquire) {
             return;
         }
@@ -449,6 +477,8 @@ impl<'w, C: Count> Job<'_, 'w, C> {
             writer.tile(&locked(tile), schedule.base[i], schedule.targets[i]);
         }
         writer.splats(splats.as_ref().map(|s| &***s));
+        let chains: Option<Vec<_>> = canvas.chains.map(|all| all.iter().map(|c| locked(c).clone()).collect());
+        writer.chains(chains.as_ref().map(|c| c.iter()));
         drop(splats);
         self.observer.checkpoint(writer.finish(), start.elapsed());
         self.storing.store(false, Ordering::Release);
@@ -460,12 +490,17 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         canvas: &Canvas,
         i: usize,
         range: [u32; 2],
+        sent: Option<&Sent<C>>,
         sampler: &mut Sampler,
         scratch: &mut Scratch<'w>,
     ) {
         let mut landed = Vec::new();
         match canvas.splats {
-            None => self.tile(&mut locked(&canvas.tiles[i]), range, sampler, scratch, &mut landed),
+            None => {
+                let tile = &mut locked(&canvas.tiles[i]);
+                self.tile(tile, range, sampler, scratch, &mut landed);
+                sent.into_iter().for_each(|sent| self.account(tile, sent));
+            }
             Some(splats) => {
                 let mut tile = locked(&canvas.tiles[i]).clone();
                 self.tile(&mut tile, range, sampler, scratch, &mut landed);
@@ -474,6 +509,13 @@ impl<'w, C: Count> Job<'_, 'w, C> {
                 **locked(&canvas.tiles[i]) = tile;
             }
         }
+    }
+
+    /// Photons count with the first tile, so that all parts of a render together count them once.
+    fn account(&self, tile: &mut Tile, sent: &Sent<C>) {
+        tile.rays.merge(&sent.counts.rays());
+        locked(&self.counts).merge(&sent.counts);
+        tile.remember(sent.bad.clone(), sent.bad_count);
     }
 
     fn tile(
@@ -560,13 +602,14 @@ impl<'w, C: Count> Job<'_, 'w, C> {
 }
 
 /// The film while threads work on it.
-struct Canvas<'c, 't> {
-    tiles: &'c [Mutex<&'t mut Tile>],
-    splats: Option<&'c Mutex<&'t mut Splats>>,
+pub(crate) struct Canvas<'c, 't> {
+    pub tiles: &'c [Mutex<&'t mut Tile>],
+    pub splats: Option<&'c Mutex<&'t mut Splats>>,
+    pub chains: Option<&'c [Mutex<ChainState>]>,
 }
 
 /// What became of a pass.
-enum Pass {
+pub(crate) enum Pass {
     /// Every tile had its samples already.
     Nothing,
     /// All tiles were done.
@@ -576,7 +619,7 @@ enum Pass {
 }
 
 /// What a panic left behind is as whole as any: sums change only at the end.
-fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -589,7 +632,7 @@ fn note(bad: &mut Vec<BadSample>, one: BadSample) {
     }
 }
 
-fn message(payload: &(dyn std::any::Any + Send)) -> String {
+pub(crate) fn message(payload: &(dyn std::any::Any + Send)) -> String {
     payload
         .downcast_ref::<&str>()
         .map(|s| (*s).to_owned())

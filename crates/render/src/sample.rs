@@ -44,7 +44,7 @@ impl<'w> PixelSampler<'w> {
     pub fn new(world: &'w World) -> Self {
         let settings = world.settings();
         let integrator = Integrator::new(world);
-        let raw = matches!(integrator, Integrator::View(_));
+        let raw = matches!(integrator, Integrator::View(_) | Integrator::Function(_));
         let color = if raw { ColorMode::Rgb } else { settings.color };
         let stratified = StratifiedNumbers::new(settings.integrator.techniques.stratify, &settings.sampler);
         let output_from_sensor = settings.film.sensor.output_rgb_from_sensor(color);
@@ -63,6 +63,7 @@ impl<'w> PixelSampler<'w> {
         scratch: &mut Scratch<'w>,
     ) -> Sampled {
         scratch.splats.clear();
+        scratch.sample = index;
         if let Some(stratified) = &self.stratified {
             let mut numbers = stratified.clone();
             numbers.start(pixel, index);
@@ -83,6 +84,12 @@ impl<'w> PixelSampler<'w> {
     ) -> Sampled {
         let settings = self.world.settings();
         let position = self.integrator.pixel_position(index, numbers.two(Domain::Pixel));
+        if let Integrator::Function(f) = self.integrator {
+            let value = f.value(position);
+            let film = Point2::new(pixel[0] as f32 + position[0], pixel[1] as f32 + position[1]);
+            let (radiance, wavelengths) = (Lanes::splat(value), Wavelengths::rgb());
+            return Sampled { rgb: [value; 3], radiance, wavelengths, film, weight: 1.0, kept: 1.0 };
+        }
         let (offset, weight) = if settings.disable_pixel_jitter {
             (Vec2::default(), 1.0)
         } else {
@@ -90,10 +97,11 @@ impl<'w> PixelSampler<'w> {
             (s.offset, s.weight)
         };
         let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
-        let mut wavelengths = match self.color {
-            ColorMode::Rgb => Wavelengths::rgb(),
-            ColorMode::Spectral if settings.disable_wavelength_jitter => Wavelengths::sample_visible(0.5),
-            ColorMode::Spectral => Wavelengths::sample_visible(numbers.one(Domain::Other)),
+        let mut wavelengths = match (self.color, self.integrator.wavelengths(self.world, index)) {
+            (_, Some(shared)) => shared,
+            (ColorMode::Rgb, _) => Wavelengths::rgb(),
+            (ColorMode::Spectral, _) if settings.disable_wavelength_jitter => settings.wavelengths(0.5),
+            (ColorMode::Spectral, _) => settings.wavelengths(numbers.one(Domain::Other)),
         };
         let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record, scratch);
         let (rgb, kept) = if self.raw {

@@ -61,11 +61,18 @@ pub fn join(bounds: [u32; 4], films: &[&Film], spp: u32) -> Result<Film, Error> 
     let layers = films.first().map_or(0, |f| f.layers());
     let mut whole = Film::with_tiles(bounds, TILE_SIZE, layers);
     whole.splats = films.first().and_then(|f| f.splats.clone());
+    whole.chains = films.first().and_then(|f| f.chains.clone());
     for film in films.iter().skip(1) {
+        let other = || Error::Merge("the parts are of different integrators".into());
         match (&mut whole.splats, &film.splats) {
             (Some(sum), Some(more)) => sum.merge(more),
             (None, None) => {}
-            _ => return Err(Error::Merge("the parts are of different integrators".into())),
+            _ => return Err(other()),
+        }
+        match (&mut whole.chains, &film.chains) {
+            (Some(all), Some(more)) => all.merge(more).then_some(()).ok_or_else(other)?,
+            (None, None) => {}
+            _ => return Err(other()),
         }
     }
     if films.iter().any(|f| f.bounds != bounds || f.tiles.len() != whole.tiles.len()) {

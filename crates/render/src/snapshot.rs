@@ -4,6 +4,7 @@
 //! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; splats, if there are any; the BLAKE3
 //! hash of all that.
 
+use crate::chains::{ChainState, Chains};
 use crate::error::Error;
 use crate::fault::{BadSample, Fault};
 use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile, TileNode};
@@ -14,9 +15,10 @@ use crate::splats::{Fixed, SplatSum, Splats};
 use crate::sums::{MOST_LEVEL, PixelSum, nodes_of};
 use std::collections::BTreeMap;
 use std::time::Duration;
+use steradian_integrator::Coordinate;
 
 const MAGIC: [u8; 8] = *b"STERADIA";
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 const HASH: usize = 32;
 /// More text than any panic needs.
 const MOST_MESSAGE: usize = 4096;
@@ -129,6 +131,29 @@ impl Writer {
         }
     }
 
+    /// Whether there are chains, and those; comes last.
+    pub fn chains<'c>(&mut self, chains: Option<impl ExactSizeIterator<Item = &'c ChainState>>) {
+        self.u32(u32::from(chains.is_some()));
+        let Some(chains) = chains else { return };
+        self.u32(chains.len() as u32);
+        for chain in chains {
+            let (place, rays) = (&chain.place, &chain.rays);
+            for v in [place.step, place.age, place.large[0], place.large[1], chain.bad] {
+                self.u64(v);
+            }
+            for v in [rays.camera, rays.scattered, rays.shadow] {
+                self.u64(v);
+            }
+            for stream in &place.coordinates {
+                self.u32(stream.len() as u32);
+                for c in stream {
+                    self.u32(c.value.to_bits());
+                    self.u64(c.age);
+                }
+            }
+        }
+    }
+
     pub fn finish(mut self) -> Vec<u8> {
         let hash = blake3::hash(&self.0);
         self.0.extend_from_slice(hash.as_bytes());
@@ -160,6 +185,7 @@ impl Snapshot {
             w.tile(tile, self.schedule.base[i], self.schedule.targets[i]);
         }
         w.splats(film.splats.as_ref());
+        w.chains(film.chains.as_ref().map(|c| c.states.iter()));
         w.finish()
     }
 
@@ -216,6 +242,7 @@ impl Snapshot {
             schedule.targets.push(target);
         }
         film.splats = r.splats(&film)?;
+        film.chains = r.chains()?;
         if !r.0.is_empty() {
             return Err(damaged("it goes on after its end"));
         }
@@ -304,6 +331,40 @@ impl<'a> Reader<'a> {
         Ok(Some(Splats { frame, sums: sums.collect() }))
     }
 
+    fn chains(&mut self) -> Result<Option<Chains>, Error> {
+        match self.u32()? {
+            0 => return Ok(None),
+            1 => {}
+            _ => return Err(Error::Damaged("its chains are of no known kind".into())),
+        }
+        let mut states = Vec::new();
+        for _ in 0..self.u32()? {
+            let mut state = ChainState::default();
+            let place = &mut state.place;
+            (place.step, place.age, place.large) = (self.u64()?, self.u64()?, [self.u64()?, self.u64()?]);
+            state.bad = self.u64()?;
+            (state.rays.camera, state.rays.scattered, state.rays.shadow) = (self.u64()?, self.u64()?, self.u64()?);
+            let [age, step] = place.large;
+            if place.age > place.step || age > place.age || step > place.step {
+                return Err(Error::Damaged("a chain has come further than it went".into()));
+            }
+            for stream in &mut place.coordinates {
+                const SIZE: usize = 4 + 8;
+                let n = self.u32()? as usize;
+                for c in self.take(n.saturating_mul(SIZE))?.chunks_exact(SIZE) {
+                    let value = f32::from_le_bytes([c[0], c[1], c[2], c[3]]);
+                    let age = u64::from_le_bytes(std::array::from_fn(|i| c[4 + i]));
+                    if !(0.0..1.0).contains(&value) || age > place.age {
+                        return Err(Error::Damaged("a chain is where none can be".into()));
+                    }
+                    stream.push(Coordinate { value, age });
+                }
+            }
+            states.push(state);
+        }
+        Ok(Some(Chains { states }))
+    }
+
     /// Fills a tile; its samples at the start and the end of the round.
     fn tile(&mut self, tile: &mut Tile) -> Result<(u32, u32), Error> {
         let (base, target) = (self.u32()?, self.u32()?);
@@ -373,6 +434,10 @@ mod tests {
         let mut splats = Splats::new([50, 60], film.bounds);
         splats.add(&[Landed { pixel: 7, rgb: [0.1, -2.0, 3e9] }, Landed { pixel: 0, rgb: [1e-9; 3] }]);
         film.splats = Some(splats);
+        let mut states = vec![ChainState::default(); 3];
+        states[1].place.coordinates[2] = vec![Coordinate { value: 0.25, age: 6 }, Coordinate { value: 0.0, age: 0 }];
+        (states[1].place.step, states[1].place.age, states[1].place.large, states[1].bad) = (9, 6, [4, 5], 2);
+        film.chains = Some(Chains { states });
         let schedule = Schedule { round: 3, base: vec![4; film.tiles.len()], targets: vec![8; film.tiles.len()] };
         Snapshot {
             identity: [("scene", "abc"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),

@@ -12,6 +12,7 @@ mod settings;
 mod shape;
 mod sparse_grid;
 mod technique;
+mod test_function;
 mod texture;
 mod world;
 
@@ -26,13 +27,17 @@ pub use material::{
 };
 pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
 pub use scene::Scene;
-pub use settings::{FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, RenderSettings};
+pub use settings::{
+    Bands, FilmKind, FilmSettings, IntegratorKind, IntegratorSettings, LightSelection, MOST_BANDS, RenderSettings,
+};
 pub use shape::{Displacement, Instance, MediumInterface, Object, Primitive, Shape};
 pub use sparse_grid::{BRICK, SparseGrid, SparseLayout};
 pub use technique::{
-    ABSURD_RAYS, Bidirectional, Distribution, LightCensus, LobeSampling, MOST_BRANCHES, MisHeuristic, SettingsError,
-    Stratification, Stratify, Techniques, Whitted,
+    ABSURD_RAYS, Bidirectional, Distribution, LightCensus, LobeSampling, MOST_BOOTSTRAP_PATHS, MOST_BRANCHES,
+    MOST_PHOTONS, Metropolis, MisHeuristic, PhotonMapping, SettingsError, Stratification, Stratify, Techniques,
+    Whitted,
 };
+pub use test_function::TestFunction;
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,

@@ -65,6 +65,19 @@ pub enum Volume {
     },
 }
 
+impl Volume {
+    /// Whether it shines.
+    pub fn glows(&self) -> bool {
+        match self {
+            Self::Homogeneous { emission, .. } => emission.is_some(),
+            Self::Grid { glow, .. } => glow.is_some(),
+            Self::RgbGrid(grid) => grid.emission.is_some(),
+            Self::Cloud(_) => false,
+            Self::Sparse { glow, .. } => glow.is_some(),
+        }
+    }
+}
+
 /// Emission that varies in space: radiance per absorption.
 #[derive(Clone, Debug)]
 pub enum Glow<F> {

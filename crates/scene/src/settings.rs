@@ -1,10 +1,54 @@
 //! What the user said about how to render: film, filter, sampler, integrator.
 
-use crate::technique::{Bidirectional, Distribution, LightCensus, SettingsError, Techniques, Whitted};
+use crate::technique::{
+    Bidirectional, Distribution, LightCensus, Metropolis, PhotonMapping, SettingsError, Techniques, Whitted,
+};
+use crate::test_function::TestFunction;
 use steradian_image::Filter;
 use steradian_math::{Point2, Vec2};
 use steradian_sampling::SamplerSettings;
-use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
+use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor, Wavelengths};
+
+/// What a film keeps besides red, green and blue.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FilmKind {
+    /// Nothing.
+    #[default]
+    Rgb,
+    /// What is seen: places, normals, slopes, albedo, and how unequal samples are.
+    GBuffer {
+        /// Whether places and directions are those of the world, not of the camera.
+        in_world: bool,
+    },
+    /// Radiance by wavelength.
+    Spectral(Bands),
+}
+
+/// Equally wide bands of wavelengths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bands {
+    /// How many.
+    pub count: u32,
+    /// The first and the last wavelength, in nanometres.
+    pub range: [f32; 2],
+}
+
+/// So many bands a film may have.
+pub const MOST_BANDS: u32 = 256;
+
+impl Bands {
+    /// The band that a wavelength falls into.
+    pub fn of(&self, lambda: f32) -> u32 {
+        let [low, high] = self.range;
+        ((self.count as f32 * (lambda - low) / (high - low)) as u32).min(self.count - 1)
+    }
+
+    /// The wavelength in the middle of a band.
+    pub fn centre(&self, band: u32) -> f32 {
+        let [low, high] = self.range;
+        low + (band as f32 + 0.5) / self.count as f32 * (high - low)
+    }
+}
 
 /// The film: resolution, crop, sensor and the colour space of the result.
 #[derive(Clone, Debug)]
@@ -23,6 +67,8 @@ pub struct FilmSettings {
     pub max_component_value: f32,
     /// Whether the file is to hold half floats.
     pub half: bool,
+    /// What else it keeps.
+    pub kind: FilmKind,
     /// Diagonal of the film in millimetres; only lens systems care.
     pub diagonal: f32,
 }
@@ -38,6 +84,7 @@ impl FilmSettings {
             color_space: ColorSpace::Srgb,
             max_component_value: f32::INFINITY,
             half: false,
+            kind: FilmKind::Rgb,
             diagonal: 35.0,
         }
     }
@@ -82,10 +129,16 @@ pub enum IntegratorKind {
     LightPath,
     /// Bidirectional path tracing.
     Bdpt(Bidirectional),
+    /// Metropolis light transport. What are samples elsewhere are mutations.
+    Mlt(Metropolis),
+    /// Stochastic progressive photon mapping.
+    Sppm(PhotonMapping),
     /// Whitted's ray tracing: mirrors, refraction, and point lights.
     Whitted(Whitted),
     /// Brute-force distribution ray tracing.
     Distribution(Distribution),
+    /// A function of the first two random numbers of each sample, instead of light: to measure samplers by.
+    Function(TestFunction),
     /// Shading normals as colours.
     Normals,
     /// Directional albedo of the first hit.
@@ -104,14 +157,19 @@ pub enum IntegratorKind {
 }
 
 impl IntegratorKind {
+    /// Whether samples bring light to other pixels than their own.
+    pub fn splats(self) -> bool {
+        matches!(self, Self::LightPath | Self::Bdpt(_) | Self::Mlt(_))
+    }
+
     /// Whether the algorithm sees participating media; to the others they are empty space.
     pub fn sees_media(self) -> bool {
-        matches!(self, Self::VolPath | Self::SimpleVolPath) || self.starts_at_lights()
+        matches!(self, Self::VolPath | Self::SimpleVolPath | Self::LightPath | Self::Bdpt(_) | Self::Mlt(_))
     }
 
     /// Whether paths start at lights as well, or only there.
     pub fn starts_at_lights(self) -> bool {
-        matches!(self, Self::LightPath | Self::Bdpt(_))
+        matches!(self, Self::LightPath | Self::Bdpt(_) | Self::Sppm(_) | Self::Mlt(_))
     }
 }
 
@@ -129,6 +187,8 @@ pub struct IntegratorSettings {
     /// The switches of path tracing, also of that through media where a scene has none; no other algorithm reads more of
     /// them than the stratification.
     pub techniques: Techniques,
+    /// The file that an algorithm which measures something writes that to.
+    pub report: Option<String>,
 }
 
 impl IntegratorSettings {
@@ -144,6 +204,8 @@ impl IntegratorSettings {
             IntegratorKind::Whitted(w) => w.check(),
             IntegratorKind::Distribution(d) => d.check(),
             IntegratorKind::LightPath => lights.check_light_paths("lightpath", true),
+            IntegratorKind::Sppm(photons) => photons.check(lights),
+            IntegratorKind::Mlt(m) => m.check(lights, self.max_depth),
             IntegratorKind::Bdpt(_) => lights.check_light_paths("bdpt", false),
             _ => Ok(()),
         }
@@ -168,6 +230,7 @@ impl Default for IntegratorSettings {
             light_selection: LightSelection::Tree,
             regularize: false,
             techniques: Techniques::default(),
+            report: None,
         }
     }
 }
@@ -199,6 +262,19 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// Wavelengths from a uniform number: as the eye needs them, or where bands are kept, as those do.
+    #[inline]
+    pub fn wavelengths(&self, u: f32) -> Wavelengths {
+        let u = if self.disable_wavelength_jitter { 0.5 } else { u };
+        match (self.color, self.film.kind) {
+            (ColorMode::Rgb, _) => Wavelengths::rgb(),
+            (ColorMode::Spectral, FilmKind::Spectral(bands)) => {
+                Wavelengths::sample_uniform(u, bands.range[0], bands.range[1])
+            }
+            (ColorMode::Spectral, _) => Wavelengths::sample_visible(u),
+        }
+    }
+
     /// Whether light at a raster position counts in any pixel that is rendered.
     pub fn reaches_film(&self, at: Point2) -> bool {
         let [x0, x1, y0, y1] = self.film.pixel_bounds.map(|v| v as f32);

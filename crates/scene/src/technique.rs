@@ -111,6 +111,99 @@ pub struct Bidirectional {
     pub unweighted: bool,
 }
 
+/// Stochastic progressive photon mapping.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhotonMapping {
+    /// How far photons count at first, in units of the scene; a two-hundredth of the scene's extent unless given.
+    pub radius: Option<f32>,
+    /// Photons that leave the lamps for each sample of the pixels; as many as there are pixels unless given.
+    pub per_iteration: Option<u32>,
+    /// Seed of the photons, if not that of the sampler.
+    pub seed: Option<u64>,
+}
+
+/// Metropolis light transport.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metropolis {
+    /// Independent paths of each length that tell how much light there is, and where chains start.
+    pub bootstrap_samples: u32,
+    /// Markov chains. Each takes an equal share of the steps.
+    pub chains: u32,
+    /// Probability of a step to anywhere.
+    pub large_step_probability: f32,
+    /// Standard deviation of other steps, in each random number.
+    pub sigma: f32,
+}
+
+impl Default for Metropolis {
+    fn default() -> Self {
+        Self { bootstrap_samples: 100_000, chains: 1000, large_step_probability: 0.3, sigma: 0.01 }
+    }
+}
+
+/// So many paths of the bootstrap are remembered, at most, all lengths together.
+pub const MOST_BOOTSTRAP_PATHS: u64 = 1 << 26;
+
+impl Metropolis {
+    /// Whether the parameters make sense, and suit the scene.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn check(&self, lights: &LightCensus, max_depth: u32) -> Result<(), SettingsError> {
+        let out_of_range = |name, value, range| Err(SettingsError::Range { name, value, range });
+        let paths = u64::from(self.bootstrap_samples) * (u64::from(max_depth) + 1);
+        if !(1..=MOST_BOOTSTRAP_PATHS).contains(&paths) {
+            let name = "the number of bootstrap samples times the number of path lengths";
+            return out_of_range(name, paths as f64, "from 1 to 67108864");
+        }
+        if !(1..=1 << 20).contains(&self.chains) {
+            return out_of_range("the number of chains", f64::from(self.chains), "from 1 to 1048576");
+        }
+        if !(0.0..=1.0).contains(&self.large_step_probability) {
+            let value = f64::from(self.large_step_probability);
+            return out_of_range("the probability of a large step", value, "from 0 to 1");
+        }
+        if !(self.sigma > 0.0 && self.sigma.is_finite()) {
+            return out_of_range("sigma", f64::from(self.sigma), "finite and above 0");
+        }
+        if lights.glowing_media {
+            return Err(SettingsError::GlowingMedia { integrator: "mlt" });
+        }
+        lights.check_light_paths("mlt", false)
+    }
+}
+
+/// So many photons are held at once, at most.
+pub const MOST_PHOTONS: u32 = 1 << 24;
+
+impl PhotonMapping {
+    /// Whether the parameters make sense, and suit the scene.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn check(&self, lights: &LightCensus) -> Result<(), SettingsError> {
+        let out_of_range = |name, value, range| Err(SettingsError::Range { name, value, range });
+        if let Some(r) = self.radius
+            && !(r > 0.0 && r.is_finite())
+        {
+            return out_of_range("the radius of photons", f64::from(r), "finite and above 0");
+        }
+        if let Some(n) = self.per_iteration
+            && !(1..=MOST_PHOTONS).contains(&n)
+        {
+            let range = "from 1 to 16777216; more samples per pixel do what more photons at once would";
+            return out_of_range("the number of photons per iteration", f64::from(n), range);
+        }
+        if lights.subsurface {
+            return Err(SettingsError::Subsurface { integrator: "sppm" });
+        }
+        if lights.unsampled {
+            return Err(SettingsError::UnsampledLights { integrator: "sppm" });
+        }
+        Ok(())
+    }
+}
+
 /// Brute-force distribution ray tracing: every domain has its own grid, and every hit a tree of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Distribution {
@@ -155,6 +248,8 @@ pub struct LightCensus {
     pub unsampled: bool,
     /// Whether anything is translucent.
     pub subsurface: bool,
+    /// Whether a medium shines.
+    pub glowing_media: bool,
     /// Whether there are participating media.
     pub media: bool,
 }
@@ -201,6 +296,12 @@ pub enum SettingsError {
         "the `{integrator}` integrator does not follow light below translucent (`subsurface`) surfaces; `path` and `volpath` do"
     )]
     Subsurface {
+        /// The integrator.
+        integrator: &'static str,
+    },
+    /// Media that shine.
+    #[error("a medium shines, and the `{integrator}` integrator would miss its light; `volpath` and `bdpt` find it")]
+    GlowingMedia {
         /// The integrator.
         integrator: &'static str,
     },

@@ -8,7 +8,8 @@ use steradian_integrator::Integrator;
 use steradian_render::{
     ErrorMeasure, Features, Film, Layer, Layers, MOST_LAYERS, Rendered, features, light_groups, pixel_errors,
 };
-use steradian_scene::{Handle, Scene, World};
+use steradian_scene::{FilmKind, Handle, Scene, World};
+use steradian_spectrum::ColorMode;
 
 use crate::cryptomatte;
 use crate::failure::Failure;
@@ -109,8 +110,23 @@ pub(crate) fn layers(wanted: &[Aov], filter_outliers: bool, world: &World) -> Re
             _ => {}
         }
     }
-    if world.settings().film.max_component_value.is_finite() {
+    let settings = world.settings();
+    // Where light lands on other pixels, nobody keeps what the limit takes from it.
+    if settings.film.max_component_value.is_finite() && !settings.integrator.kind.splats() {
         list.push(Layer::Clamped);
+    }
+    if let FilmKind::Spectral(bands) = settings.film.kind {
+        if settings.color == ColorMode::Rgb {
+            return Err(Failure::Input("the `spectral` film needs wavelengths: leave out --color rgb".into()));
+        }
+        if settings.integrator.kind.splats() {
+            let name = crate::overrides::integrator_name(settings.integrator.kind);
+            return Err(Failure::Input(format!(
+                "the `spectral` film keeps what samples bring to their own pixels, and those of `{name}` bring light to others: \
+                 --integrator path and volpath do not"
+            )));
+        }
+        list.push(Layer::Spectrum(bands));
     }
     if filter_outliers {
         list.push(Layer::Outliers);
@@ -159,8 +175,9 @@ pub(crate) fn add(
     wanted.sort();
     wanted.dedup();
     let mut complete = true;
+    let look = || features(world, world.settings().sampler.spp.max(rendered.spp), threads, cancel);
     let seen = if wanted.iter().any(|a| a.needs_features()) {
-        let seen = features(world, world.settings().sampler.spp.max(rendered.spp), threads, cancel);
+        let seen = look();
         complete = seen.is_some();
         seen.unwrap_or_default()
     } else {
@@ -170,6 +187,10 @@ pub(crate) fn add(
         add_feature(image, aov, &seen, world.scene())?;
     }
     add_of_film(image, asked, &rendered.film)?;
+    if let FilmKind::GBuffer { in_world } = world.settings().film.kind {
+        let Some(seen) = (if seen.is_empty() { look() } else { Some(seen) }) else { return Ok(false) };
+        crate::gbuffer::add(image, &seen, &rendered.film, world, in_world)?;
+    }
     Ok(complete)
 }
 

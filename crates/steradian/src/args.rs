@@ -351,6 +351,10 @@ pub(crate) enum IntegratorArg {
     Lightpath,
     /// Paths from the camera and from lights, connected in every way: for caustics and hidden lamps
     Bdpt,
+    /// Photon mapping with a radius that shrinks from sample to sample: for caustics behind glass and in mirrors
+    Sppm,
+    /// Metropolis light transport: chains of small changes to paths that carry much light; --spp are mutations per pixel
+    Mlt,
     /// Whitted 1980: mirrors, refraction, and lamps as points
     Whitted,
     /// Cook 1984: rays distributed over pixel, lens, lamps, lobes and time at each hit

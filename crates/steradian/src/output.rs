@@ -8,7 +8,7 @@ use steradian_image::{
     Attribute, Chromaticities, Exposure, Format, Image, Metadata, Operator, Precision, ToneMap, Window, WriteOptions,
     encode, write_bytes_atomically,
 };
-use steradian_render::{CLAMPED, Film, OUTLIERS, Rendered, read_layers};
+use steradian_render::{CLAMPED, Film, OUTLIERS, Rendered, read_layers, read_spectrum};
 use steradian_scene::{FilmSettings, IntegratorKind, RenderSettings};
 use steradian_spectrum::ColorSpace;
 
@@ -283,6 +283,16 @@ pub(crate) fn add_layers(
         }
         aov::planes(picture, &name, ["R", "G", "B"], pixels.iter().copied())?;
     }
+    if let Some((bands, planes)) = read_spectrum(film, names) {
+        // The layout of Fichet, Pacanowski and Wilkie 2021, in which a dot would begin a layer.
+        for (band, plane) in (0..).zip(planes) {
+            let name = format!("S0.{:.3}nm", bands.centre(band));
+            let name = name.replacen('.', "|", 1).replace('.', ",").replace('|', ".");
+            picture.add(&name, plane, Precision::Float)?;
+        }
+        picture.metadata.set("spectralLayoutVersion", text("1.0"));
+        picture.metadata.set("emissiveUnits", text("W.m^-2.sr^-1"));
+    }
     Ok(taken)
 }
 
@@ -373,7 +383,7 @@ fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
 
 /// Whether an integrator's pixels are numbers that no exposure may change.
 pub(crate) fn is_raw_name(integrator: &str) -> bool {
-    matches!(integrator, "normals" | "albedo" | "depth" | "uv")
+    matches!(integrator, "function" | "normals" | "albedo" | "depth" | "uv")
 }
 
 /// The settings that make the picture converge to something else than the scene.
@@ -381,6 +391,7 @@ pub(crate) fn biased_options(settings: &RenderSettings) -> Vec<&'static str> {
     [
         (settings.film.max_component_value.is_finite(), "clamp"),
         (settings.integrator.regularize, "regularize"),
+        (matches!(settings.integrator.kind, IntegratorKind::Sppm(_)), "sppm"),
         (settings.force_diffuse, "forcediffuse"),
         (settings.disable_pixel_jitter, "disablepixeljitter"),
         (has_regular_grids(settings), "no-jitter"),

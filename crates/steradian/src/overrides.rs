@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use clap::ValueEnum;
 use steradian_sampling::sampler::SamplerKind;
-use steradian_scene::{Bidirectional, IntegratorKind, Scene};
+use steradian_scene::{Bidirectional, IntegratorKind, Metropolis, PhotonMapping, Scene};
 use steradian_spectrum::ColorMode;
 
 use crate::args::{ColorArg, IntegratorArg, PictureArgs, SamplerArg};
@@ -101,6 +101,10 @@ fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKi
         (IntegratorArg::Lightpath, _) => IntegratorKind::LightPath,
         (IntegratorArg::Bdpt, IntegratorKind::Bdpt(_)) => in_scene,
         (IntegratorArg::Bdpt, _) => IntegratorKind::Bdpt(Bidirectional::default()),
+        (IntegratorArg::Sppm, IntegratorKind::Sppm(_)) => in_scene,
+        (IntegratorArg::Sppm, _) => IntegratorKind::Sppm(PhotonMapping::default()),
+        (IntegratorArg::Mlt, IntegratorKind::Mlt(_)) => in_scene,
+        (IntegratorArg::Mlt, _) => IntegratorKind::Mlt(Metropolis::default()),
         (IntegratorArg::Whitted, _) => crate::technique_args::whitted(),
         (IntegratorArg::Distribution, _) => crate::technique_args::distribution(),
         (IntegratorArg::Normals, _) => IntegratorKind::Normals,
@@ -133,8 +137,11 @@ pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::SimpleVolPath => "simplevolpath",
         IntegratorKind::LightPath => "lightpath",
         IntegratorKind::Bdpt(_) => "bdpt",
+        IntegratorKind::Sppm(_) => "sppm",
+        IntegratorKind::Mlt(_) => "mlt",
         IntegratorKind::Whitted(_) => "whitted",
         IntegratorKind::Distribution(_) => "distribution",
+        IntegratorKind::Function(_) => "function",
         IntegratorKind::Normals => "normals",
         IntegratorKind::Albedo => "albedo",
         IntegratorKind::Depth => "depth",

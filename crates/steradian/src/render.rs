@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use steradian_image::{Format, Metadata};
+use steradian_image::{Format, Metadata, write_bytes_atomically};
 use steradian_render::{Adaptive, BadSample, Fault, Goals, Label, Layers, Outcome, Rendered, Share, Snapshot, Task};
 use steradian_scene::{IntegratorKind, RenderSettings, World};
 
@@ -17,6 +17,7 @@ use crate::numbers::ExposureArg;
 use crate::oidn::Oidn;
 use crate::output::{self, Outputs, Story, Taken};
 use crate::progress::{Display, percent};
+use crate::sampler_error::SamplerError;
 use crate::watch::Watch;
 use crate::{again, counting, denoise, interrupt, keep, numbers, opened, overrides, stop, technique_args, tev};
 
@@ -124,7 +125,10 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
     let manifest = output::manifest(&story);
     let note = output::note_of_metadata(&manifest);
     let label = Label { identity: &identity, note: &note };
-    let watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), viewer, console);
+    let mut watch = Watch::new(display, args, &outputs, &manifest, is_raw(&world), viewer, console);
+    if matches!(world.settings().integrator.kind, IntegratorKind::Function(_)) {
+        watch.sampler_error = Some(SamplerError::default());
+    }
     let working = interrupt::Working::begin();
     let plan = args.stop.plan(spp, threads);
     let task = Task { world: &world, plan, goals, layers: &layers, label, resume };
@@ -135,6 +139,11 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
     report_bad_samples(&rendered, args, console);
     let extras = Extras { aovs: &args.aov, layers: &layers, world: &world, oidn: oidn.as_ref() };
     let (mut failed, taken) = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, &extras);
+    let report = world.settings().integrator.report.as_ref().zip(watch.sampler_error.as_ref());
+    if let Some((path, found)) = report {
+        let written = write_bytes_atomically(Path::new(path), found.table().as_bytes());
+        failed.extend(written.err().map(|e| format!("cannot write {path}: {e}")));
+    }
     if let (Some(path), Some(counters)) = (&args.run.counters, &counters) {
         let samples = rendered.film.total_samples().saturating_sub(before);
         failed.extend(counting::write(path, &counting::json(counters, samples), console).err());
@@ -204,11 +213,20 @@ fn goals(args: &RenderArgs, settings: &RenderSettings, share: Share, layers: &La
         return Ok(goals);
     }
     let name = overrides::integrator_name(kind);
-    if !layers.is_empty() {
+    if kind.splats() && !layers.is_empty() {
         return Err(Failure::Input(format!(
             "`{name}` does not tell parts of the light from each other: leave out --aov {}",
             layers.names().join(" ")
         )));
+    }
+    let chains = matches!(kind, IntegratorKind::Mlt(_));
+    let of_errors = args.aov.iter().any(|a| matches!(a, Aov::Variance | Aov::Error));
+    if chains && (args.stop.error.is_some() || args.output.variance.is_some() || of_errors) {
+        return Err(Failure::Input(
+            "the steps of `mlt` are no independent samples, so that nothing is known of the error: leave out --error, \
+             --variance and --aov variance or error"
+                .into(),
+        ));
     }
     if args.stop.adaptive.is_some() {
         return Err(Failure::Input(format!(
@@ -294,7 +312,11 @@ pub(crate) fn default_threads() -> usize {
 fn is_raw(world: &World) -> bool {
     matches!(
         world.settings().integrator.kind,
-        IntegratorKind::Normals | IntegratorKind::Albedo | IntegratorKind::Depth | IntegratorKind::Uv
+        IntegratorKind::Function(_)
+            | IntegratorKind::Normals
+            | IntegratorKind::Albedo
+            | IntegratorKind::Depth
+            | IntegratorKind::Uv
     )
 }
 

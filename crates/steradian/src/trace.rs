@@ -8,6 +8,7 @@ use steradian_integrator::record::{Event, PathRecord, RayKind, Technique};
 use steradian_math::{Normal3, Point3, Vec3};
 use steradian_render::{PixelSampler, Sampled};
 use steradian_sampling::Sampler;
+use steradian_scene::IntegratorKind;
 use steradian_spectrum::Lanes;
 
 use crate::args::TraceArgs;
@@ -22,6 +23,11 @@ pub(crate) fn run(args: &TraceArgs, console: &Console) -> Result<u8, Failure> {
     let [x, y] = args.pixel.0;
     if x >= w || y >= h {
         return Err(Failure::Input(format!("--pixel {x},{y} lies outside the picture of {w} x {h} pixels")));
+    }
+    if matches!(opened.scene.settings.integrator.kind, IntegratorKind::Mlt(_)) {
+        return Err(Failure::Input(
+            "the paths of `mlt` are those of chains, and belong to no pixel: trace with --integrator bdpt".into(),
+        ));
     }
     let world = opened::build(opened.scene, None)?;
     let pixel_sampler = PixelSampler::new(&world);

@@ -13,6 +13,7 @@ use crate::console::Console;
 use crate::keep::Keeper;
 use crate::output::{self, Outputs};
 use crate::progress::Display;
+use crate::sampler_error::SamplerError;
 use crate::tev::Tev;
 
 /// The observer of a render that a person or a program has asked for.
@@ -23,6 +24,8 @@ pub(crate) struct Watch<'a> {
     pub keeper: Option<Keeper>,
     /// Whether pixels are numbers that no exposure may change.
     pub raw: bool,
+    /// How far the sampler is from what is known, where that is measured.
+    pub sampler_error: Option<SamplerError>,
     preview: Option<Preview>,
     tev: Option<Tev>,
     outputs: &'a Outputs,
@@ -51,7 +54,7 @@ impl<'a> Watch<'a> {
         let preview = args.run.preview.clone();
         let preview = preview.map(|path| Preview { path, next: Mutex::new(Some(Instant::now())) });
         let keeper = Keeper::new(&args.keep);
-        Self { display, keeper, raw, preview, tev, outputs, manifest, console: *console }
+        Self { display, keeper, raw, sampler_error: None, preview, tev, outputs, manifest, console: *console }
     }
 
     /// The last word to whoever watches.
@@ -110,6 +113,7 @@ impl Observer for Watch<'_> {
 
     fn pass(&self, film: &Film, progress: &Progress) {
         self.display.progress(progress);
+        self.sampler_error.iter().for_each(|e| e.measure(film));
         if let Some(tev) = &self.tev {
             tev.pass(film);
             self.report_tev(tev);

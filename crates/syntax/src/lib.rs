@@ -8,6 +8,7 @@
 
 mod diagnostic;
 mod parse;
+mod pieces;
 mod print;
 mod source;
 mod suggest;
@@ -16,6 +17,7 @@ mod tree;
 
 pub use diagnostic::{Diagnostic, Related, Severity};
 pub use parse::{Parsed, Parser, parse, parse_number};
+pub use pieces::pieces;
 pub use print::{print, quote};
 pub use source::{FileId, Location, Source, SourceMap, Span};
 pub use suggest::did_you_mean;

@@ -34,12 +34,25 @@ pub struct Parser<'a> {
     lexer: Lexer<'a>,
     diagnostics: Vec<Diagnostic>,
     reported: usize,
+    accepts_v3: bool,
 }
 
 impl<'a> Parser<'a> {
     /// At the start of a text.
     pub fn new(file: FileId, text: &'a str) -> Parser<'a> {
-        Parser { file, lexer: Lexer::new(text), diagnostics: Vec::new(), reported: 0 }
+        Parser { file, lexer: Lexer::new(text), diagnostics: Vec::new(), reported: 0, accepts_v3: false }
+    }
+
+    /// At the start of one of the [`pieces`](crate::pieces) of a text, to its end.
+    pub fn of_piece(file: FileId, text: &'a str, piece: std::ops::Range<usize>) -> Parser<'a> {
+        let lexer = Lexer::new(&text[..piece.end]).from(piece.start);
+        Parser { lexer, ..Parser::new(file, text) }
+    }
+
+    /// Whether the types of pbrt-v3 (`point`, `vector`, `color`) and truth in quotes are taken without a word.
+    #[must_use]
+    pub fn accepting_v3(self, accepts_v3: bool) -> Self {
+        Self { accepts_v3, ..self }
     }
 
     /// The problems found since the last call.
@@ -320,6 +333,9 @@ impl<'a> Parser<'a> {
             "normal3" => Some(ParamType::Normal),
             _ => None,
         };
+        if self.accepts_v3 && renamed.is_some() {
+            return renamed;
+        }
         let d = Diagnostic::error(format!("unknown parameter type `{}`", shorten(keyword)), span);
         let d = match renamed {
             Some(ty) => d.with_hint(format!("pbrt-v4 calls it `{}`", ty.keyword())),
@@ -437,6 +453,10 @@ impl<'a> Parser<'a> {
         } else if token.kind == TokenKind::Quoted {
             if ty == ParamType::Spectrum && values.is_empty() && matches!(values, Values::Floats(_)) {
                 *values = Values::Strings(Vec::new());
+            }
+            if let (Values::Bools(v), true, "\"true\"" | "\"false\"") = (&mut *values, self.accepts_v3, text) {
+                v.push(text == "\"true\"");
+                return true;
             }
             if matches!(values, Values::Strings(_)) {
                 let string = (self.unquote(token), self.span(token));

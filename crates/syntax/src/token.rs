@@ -55,6 +55,12 @@ impl<'a> Lexer<'a> {
         Lexer { text, position: if text.starts_with('\u{feff}') { 3 } else { 0 } }
     }
 
+    /// The same from a byte on, if it is not there yet.
+    #[must_use]
+    pub fn from(self, position: usize) -> Lexer<'a> {
+        Lexer { position: self.position.max(position), ..self }
+    }
+
     /// The text that a token covers.
     pub fn slice(&self, token: Token) -> &'a str {
         &self.text[token.start..token.end]

@@ -1,7 +1,7 @@
 //! Requests: read within limits of size and time, and let in only where they belong.
 
 use std::io::{self, Read, Write};
-use std::net::TcpStream;
+use std::net::{IpAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 /// A head longer than this is refused.
@@ -102,13 +102,19 @@ fn name_of(host: &str) -> &str {
     }
 }
 
+/// Stands, among the names that are known, for every address that is written in numbers: those cannot be made to point elsewhere.
+pub(crate) const ANY_ADDRESS: &str = "*";
+
 /// Whether a request comes from a page of ours, under a name of ours: another page that a browser shows may not talk to this
 /// server, nor may a name that somebody makes point at this machine. `known` are names besides those of the loopback; the port may be
 /// any, because a tunnel changes it.
 pub(crate) fn belongs(request: &Request, known: &[String]) -> bool {
     let Some(host) = &request.host else { return false };
     let name = name_of(host).to_ascii_lowercase();
-    let ours = ["localhost", "127.0.0.1", "[::1]"].contains(&name.as_str()) || known.contains(&name);
+    let number = name.trim_matches(['[', ']']).parse::<IpAddr>().is_ok();
+    let ours = ["localhost", "127.0.0.1", "[::1]"].contains(&name.as_str())
+        || known.contains(&name)
+        || number && known.iter().any(|k| k == ANY_ADDRESS);
     let same = |origin: &str| {
         let rest = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
         rest.is_some_and(|rest| rest.eq_ignore_ascii_case(host))
@@ -197,6 +203,10 @@ mod tests {
             assert!(!says(host, origin), "{host} {origin}");
         }
         assert!(!belongs(&request("GET / HTTP/1.0\r\n\r\n"), &known));
+        let number = request("GET / HTTP/1.1\r\nHost: 10.1.2.3:7700\r\n\r\n");
+        assert!(!belongs(&number, &known) && belongs(&number, &[ANY_ADDRESS.to_owned()]));
+        let name = request("GET / HTTP/1.1\r\nHost: evil.example:7700\r\n\r\n");
+        assert!(!belongs(&name, &[ANY_ADDRESS.to_owned()]));
     }
 
     #[test]

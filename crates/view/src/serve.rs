@@ -112,11 +112,12 @@ fn names(host: IpAddr) -> Vec<String> {
         IpAddr::V4(a) => vec![a.to_string()],
         IpAddr::V6(a) => vec![format!("[{a}]")],
     };
-    // On every address of the machine: under the name that it gives itself.
-    if host.is_unspecified()
-        && let Ok(name) = std::fs::read_to_string("/proc/sys/kernel/hostname")
-    {
-        names.push(name.trim().to_ascii_lowercase());
+    // On every address of the machine: under each of them, and under the name that it gives itself.
+    if host.is_unspecified() {
+        names.push(http::ANY_ADDRESS.into());
+        if let Ok(name) = std::fs::read_to_string("/proc/sys/kernel/hostname") {
+            names.push(name.trim().to_ascii_lowercase());
+        }
     }
     names
 }

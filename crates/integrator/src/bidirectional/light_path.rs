@@ -37,11 +37,11 @@ impl LightPath {
         let Paths { camera, light } = paths;
         let ray = world.camera_ray(sample);
         let seen = Setting { world, hero, max_depth: 0, regularize: false };
-        let mut radiance = seen.trace_from_camera(&ray, w, numbers, camera, record);
+        let mut radiance = seen.trace_from_camera(&ray, 2, w, numbers, camera, record);
         seen.hit(camera, w, |f| radiance += f.value);
 
         let setting = Setting { world, hero, max_depth: self.max_depth, regularize: false };
-        setting.trace_from_light(ray.ray.time, w, numbers, light, record);
+        setting.trace_from_light(ray.ray.time, self.max_depth as usize + 1, w, numbers, light, record);
         for s in 2..=light.len() {
             let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5; 2] };
             let seed = numbers.one(Domain::Other);

@@ -16,9 +16,10 @@ mod vertex;
 mod weight;
 
 pub use light_path::LightPath;
-use strategy::Found;
-use subpath::Setting;
+pub(crate) use strategy::Found;
+pub(crate) use subpath::Setting;
 use vertex::Vertex;
+pub(crate) use vertex::adjoint_factor;
 
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
@@ -41,8 +42,8 @@ pub struct Bdpt {
 /// Memory for the vertices of a sample, used over and over.
 #[derive(Clone, Debug, Default)]
 pub struct Paths<'w> {
-    camera: Vec<Vertex<'w>>,
-    light: Vec<Vertex<'w>>,
+    pub(crate) camera: Vec<Vertex<'w>>,
+    pub(crate) light: Vec<Vertex<'w>>,
 }
 
 impl Bdpt {
@@ -63,12 +64,12 @@ impl Bdpt {
         let setting = Setting { world, hero, max_depth: self.max_depth, regularize: self.regularize };
         let Paths { camera, light } = paths;
         let ray = world.camera_ray(sample);
-        let mut radiance = setting.trace_from_camera(&ray, w, numbers, camera, record);
+        let mut radiance = setting.trace_from_camera(&ray, self.max_depth as usize + 2, w, numbers, camera, record);
         if self.show.strategy.is_some() {
             // Light of media belongs to no strategy.
             radiance = Lanes::ZERO;
         }
-        setting.trace_from_light(ray.ray.time, w, numbers, light, record);
+        setting.trace_from_light(ray.ray.time, self.max_depth as usize + 1, w, numbers, light, record);
         record.path(camera.len().saturating_sub(2) as u32);
         let direct = setting.direct_density(light);
         for t in 2..=camera.len() {

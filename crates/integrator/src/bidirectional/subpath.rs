@@ -51,10 +51,11 @@ enum Flown<'w> {
 }
 
 impl<'w> Setting<'w> {
-    /// Makes the vertices of a path from the camera. Returns the light of media on its way.
+    /// Makes at most `most` vertices of a path from the camera. Returns the light of media on its way.
     pub fn trace_from_camera<N: Numbers, R: Record>(
         &self,
         camera_ray: &CameraRay,
+        most: usize,
         w: &mut Wavelengths,
         numbers: &mut N,
         path: &mut Vec<Vertex<'w>>,
@@ -75,13 +76,14 @@ impl<'w> Setting<'w> {
             w,
             any_non_specular: false,
         };
-        self.walk(walk, Some(camera_ray), self.max_depth as usize + 2, numbers, path, record)
+        self.walk(walk, Some(camera_ray), most, numbers, path, record)
     }
 
-    /// Makes the vertices of a path from a light; none if nothing is emitted.
+    /// Makes at most `most` vertices of a path from a light; none if nothing is emitted.
     pub fn trace_from_light<N: Numbers, R: Record>(
         &self,
         time: f32,
+        most: usize,
         w: &mut Wavelengths,
         numbers: &mut N,
         path: &mut Vec<Vertex<'w>>,
@@ -106,7 +108,7 @@ impl<'w> Setting<'w> {
             w,
             any_non_specular: false,
         };
-        self.walk(walk, None, self.max_depth as usize + 1, numbers, path, record);
+        self.walk(walk, None, most, numbers, path, record);
     }
 
     fn walk<N: Numbers, R: Record>(
@@ -132,7 +134,7 @@ impl<'w> Setting<'w> {
                     Flown::Scattered(vertex) => {
                         // A medium may be scattered in once more than surfaces are lit: the last vertex is an end.
                         differential = None;
-                        if path.len() + 1 == most && camera_ray.is_some() {
+                        if path.len() == self.max_depth as usize + 1 && camera_ray.is_some() {
                             break;
                         }
                         self.push(vertex, &walk, path);

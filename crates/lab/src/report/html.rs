@@ -141,7 +141,12 @@ fn table(t: &Table) -> String {
         .rows
         .iter()
         .map(|row| {
-            let cells: String = row.iter().map(|c| format!("<td>{}</td>", escape(c))).collect();
+            let cell = |c: &String| {
+                // Numbers stay on one line.
+                let class = if c.parse::<f64>().is_ok() { " class=\"number\"" } else { "" };
+                format!("<td{class}>{}</td>", escape(c))
+            };
+            let cells: String = row.iter().map(cell).collect();
             format!("<tr>{cells}</tr>")
         })
         .collect();

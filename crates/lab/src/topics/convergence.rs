@@ -184,7 +184,7 @@ impl Measured {
 }
 
 fn curves(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
-    let size = setting.effort.pick([20, 20], [48, 48], [128, 128]);
+    let size = setting.effort.pick([20, 20], [48, 48], [96, 96]);
     let width = size[0] as usize;
     let spp = setting.effort.pick(1_024, 1_024, 4_096);
     let seed = setting.seed_for(TOPIC, 1) ^ 9;
@@ -319,7 +319,7 @@ fn estimators() -> Vec<(String, IntegratorKind, Techniques)> {
 fn matrix(e: &mut Experiment, setting: &Setting) -> Result<f64, Error> {
     let size = setting.effort.pick([8, 8], [12, 12], [12, 12]);
     let repeats = setting.effort.pick(24usize, 48, 96);
-    let spp = setting.effort.pick(16u32, 16, 144);
+    let spp = setting.effort.pick(16u32, 16, 64);
     let mean = |p: &[Rgb]| p.iter().map(|c| paint::luminance(*c)).sum::<f64>() / p.len() as f64;
     let measure = |techniques: Techniques, kind: IntegratorKind, part: u64| -> Result<VarianceEstimator, Error> {
         let repeated: Vec<Result<f64, Error>> = parallel::map(setting.threads, repeats, |r| {

@@ -61,7 +61,7 @@ struct Plates<'a> {
 
 impl<'a> Plates<'a> {
     fn new(setting: &'a Setting) -> Result<Self, Error> {
-        let size = setting.effort.pick([48, 32], [120, 80], [300, 200]);
+        let size = setting.effort.pick([48, 32], [120, 80], [210, 140]);
         let world = stage::plates_world(size, &[0.04, 0.13, 0.34, 0.7])?;
         let (all, spp) = (Technique::Both(Weights::Power), setting.effort.pick(1_024, 1_024, 4_096));
         let truth = render(&world, setting, all, spp, SamplerKind::PaddedSobol, setting.seed_for(TOPIC, 1) ^ 9);

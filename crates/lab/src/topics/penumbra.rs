@@ -32,7 +32,7 @@ pub fn run(setting: &Setting) -> Result<Experiment, Error> {
          s × s shadow rays each, random rays, rays that clump (each pixel looks at one random quarter of the lamp only: as unlucky as \
          can be, and still unbiased), and stratified ones.",
     );
-    let size = setting.effort.pick([36, 27], [120, 90], [280, 210]);
+    let size = setting.effort.pick([36, 27], [120, 90], [200, 150]);
     let world = stage::penumbra_world(size, SamplerKind::Independent)?;
     let seed = setting.seed_for(TOPIC, 1);
     let reference_rays = setting.effort.pick(2_048, 2_048, 4_096);

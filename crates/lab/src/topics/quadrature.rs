@@ -113,8 +113,8 @@ fn sides(budget: f64, d: f64) -> Vec<u32> {
 impl Errors {
     fn measure<const D: usize>(setting: &Setting) -> Self {
         let d = D as f64;
-        let budget = setting.effort.pick(4_000.0, 20_000.0, 300_000.0f64);
-        let repeats = setting.effort.pick(64, 128, 512);
+        let budget = setting.effort.pick(4_000.0, 20_000.0, 100_000.0f64);
+        let repeats = setting.effort.pick(64, 128, 256);
         let seed = setting.seed_for(TOPIC, D as u64);
         let sides = sides(budget, d);
         let evaluations = |n: u32| f64::from(n).powf(d);
@@ -305,7 +305,7 @@ fn counts(e: &mut Experiment) {
 
 /// The indicator of a ball: what an edge does to a rule.
 fn rough(e: &mut Experiment, setting: &Setting) {
-    let repeats = setting.effort.pick(200, 1_000, 5_000);
+    let repeats = setting.effort.pick(200, 1_000, 3_000);
     let inside = |p: &[f64; 2]| f64::from(p[0] * p[0] + p[1] * p[1] < 1.0);
     let truth = std::f64::consts::FRAC_PI_4;
     let sides = [4u32, 8, 16, 32, 64];

@@ -95,7 +95,7 @@ fn variances(e: &mut Experiment, setting: &Setting) -> f64 {
 }
 
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<(f64, f64), Error> {
-    let size = setting.effort.pick([32, 24], [100, 75], [240, 180]);
+    let size = setting.effort.pick([32, 24], [100, 75], [160, 120]);
     let world = stage::penumbra_world(size, SamplerKind::Independent)?;
     let seed = setting.seed_for(TOPIC, 4);
     let render = |kind, spp, seed| stage::render_counted(&world, kind, spp, seed, setting.threads).0;

@@ -50,6 +50,7 @@ impl Loader<'_> {
             Kind::Import => self.include(&d, true),
             Kind::Option => self.option(&d),
             Kind::WorldBegin => self.world_begin(&d),
+            Kind::WorldEnd if self.is_v3 => {}
             Kind::WorldEnd => {
                 self.warning("`WorldEnd` is not part of pbrt-v4 and does nothing", d.span);
             }
@@ -238,14 +239,20 @@ impl Loader<'_> {
     }
 
     fn object_instance(&mut self, d: &Directive) {
-        if self.object.is_some() {
-            self.error("`ObjectInstance` is not allowed inside an object", d.span);
-            return;
-        }
         let name = d.text(0);
         let placeholder = || Object { name: name.to_string(), ..Object::default() };
         let object = self.objects.used(name, d.arg_span(0), &mut self.scene.objects, placeholder);
-        self.scene.instances.push(Instance { object, world_from_object: self.state.animated() });
+        let instance = Instance { object, world_from_object: self.state.animated() };
+        let Some(outer) = self.object else {
+            self.scene.instances.push(instance);
+            return;
+        };
+        // pbrt has no nested instances; what they would mean is plain.
+        if outer == object {
+            self.error(format!("the object \"{name}\" contains itself"), d.arg_span(0));
+            return;
+        }
+        self.scene.objects[outer].instances.push(instance);
     }
 
     fn attribute(&mut self, d: &mut Directive) {
@@ -299,6 +306,9 @@ impl Loader<'_> {
         };
         let inside = side(0);
         let outside = if d.args.len() > 1 { side(1) } else { inside };
+        if inside.or(outside).is_some() {
+            self.media_span.get_or_insert(d.span);
+        }
         (self.state.inside, self.state.outside) = (inside, outside);
     }
 

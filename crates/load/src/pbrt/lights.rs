@@ -3,6 +3,8 @@
 use super::Loader;
 use super::images::texel_rgb;
 use super::params::{Params, SPECTRUM};
+use crate::files::describe;
+use crate::ies::IesProfile;
 use std::rc::Rc;
 use steradian_image::{Image, Lookup, Texels, Wrap};
 use steradian_math::{Frame, PI, Point3, Transform, Vec3, cos};
@@ -204,6 +206,9 @@ impl Loader<'_> {
             p.error(format!("{} needs a `filename`", p.what()), None);
             return None;
         };
+        if light == "goniometric" && name.to_ascii_lowercase().ends_with(".ies") {
+            return self.photometric_image(p, &name, span);
+        }
         let image = self.light_image(p, &name, span, |_| [Wrap::Octahedral; 2])?;
         let texels = &self.scene.images[image].texels;
         let (w, h) = (texels.width(), texels.height());
@@ -214,6 +219,27 @@ impl Loader<'_> {
             return None;
         }
         Some(image)
+    }
+
+    /// A photometric file as a picture, whose values are candela: a light of scale 1 is as bright as the luminaire.
+    fn photometric_image(&mut self, p: &mut Params, name: &str, span: Span) -> Option<Handle<TextureImage>> {
+        /// A texel is a quarter of a degree wide.
+        const SIZE: usize = 512;
+        let path = self.resolve(name);
+        let bytes = self.files.read(&path).map_err(|e| p.error(describe(&path, &e), span)).ok()?;
+        let profile = IesProfile::parse(&bytes).map_err(|e| p.error(format!("{}: {e}", path.display()), span)).ok()?;
+        let middle = |i: usize| (i as f32 + 0.5) / SIZE as f32;
+        let value = |i: usize| {
+            // The picture's pole is y of the light.
+            let d = square_to_octahedral([middle(i % SIZE), middle(i / SIZE)]);
+            [profile.candela(Vec3::new(d.x, d.z, d.y)); 3]
+        };
+        let pixels: Vec<[f32; 3]> = (0..SIZE * SIZE).map(value).collect();
+        let picture = Image::from_rgb(SIZE, SIZE, &pixels)?;
+        let texels = Texels::from_image(&picture).map_err(|e| p.error(e.to_string(), None)).ok()?;
+        let (lookup, wrap) = (Lookup::Bilinear, [Wrap::Octahedral; 2]);
+        let image = TextureImage { name: name.to_owned(), texels, lookup, wrap, color_space: ColorSpace::Srgb };
+        Some(self.scene.images.push(image))
     }
 
     fn infinite_light(&mut self, p: &mut Params, ctm: &Transform) -> Option<Light> {

@@ -14,6 +14,7 @@ mod shapes;
 mod spectra;
 mod state;
 mod textures;
+mod upgrade;
 mod world;
 
 use crate::files::{FileAccess, read_all};
@@ -23,12 +24,13 @@ use names::Names;
 use settings::Declarations;
 use state::{State, Transforms};
 use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 use steradian_bsdf::MeasuredMaterial;
 use steradian_scene::{Handle, Material, Medium, Object, Scene};
 use steradian_spectrum::{Spectrum, SpectrumUse};
-use steradian_syntax::{Diagnostic, Directive, FileId, Parser, Severity, SourceMap, Span};
+use steradian_syntax::{Diagnostic, Directive, FileId, Parser, Severity, SourceMap, Span, pieces};
 
 /// Limits and overrides of a load.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,6 +106,9 @@ const MOST_INCLUDES: usize = 100_000;
 /// Nobody reads more than this many reports, and each costs a pass over the text.
 const MOST_DIAGNOSTICS: usize = 500;
 
+/// Texts above twice this size are parsed in pieces of it, at the same time.
+const PIECE: usize = 1 << 20;
+
 /// Blocks this deep are a mistake or an attack; each keeps a copy of the state.
 const MOST_BLOCKS: usize = 10_000;
 
@@ -156,8 +161,25 @@ struct Loader<'a> {
     including: Vec<(PathBuf, FileId)>,
     included: BTreeMap<PathBuf, FileId>,
     includes: usize,
+    /// Where a medium is first put to use.
+    media_span: Option<Span>,
+    /// Whether the scene is one of pbrt-v3.
+    is_v3: bool,
     /// Warnings that were given and need no repetition.
     said: BTreeSet<String>,
+}
+
+/// What a parser reads, each directive with the problems before it.
+fn read_all_of(mut parser: Parser<'_>) -> Vec<(Vec<Diagnostic>, Option<Directive>)> {
+    let mut read = Vec::new();
+    loop {
+        let next = parser.next_directive();
+        let is_last = next.is_none();
+        read.push((parser.take_diagnostics(), next));
+        if is_last {
+            return read;
+        }
+    }
 }
 
 /// `SpectrumUse` as a key of an ordered map.
@@ -200,6 +222,8 @@ impl<'a> Loader<'a> {
             including: Vec::new(),
             included: BTreeMap::new(),
             includes: 0,
+            media_span: None,
+            is_v3: false,
             said: BTreeSet::new(),
         }
     }
@@ -265,13 +289,70 @@ impl<'a> Loader<'a> {
 
     fn run(&mut self, file: FileId) {
         let Some(text) = self.sources.get(file).map(|s| Arc::clone(&s.text)) else { return };
-        let mut parser = Parser::new(file, &text);
+        if file == FileId(0) && upgrade::is_v3(&text) {
+            self.is_v3 = true;
+            let note = "a scene of pbrt-v3, by its `WorldEnd`: its names are read as pbrt-v4 calls them";
+            self.diagnostics.push(Diagnostic::note(note, None));
+        }
+        if text.len() > 2 * PIECE && rayon::current_thread_index().is_none() {
+            self.run_in_pieces(file, &text);
+            return;
+        }
+        let mut parser = Parser::new(file, &text).accepting_v3(self.is_v3);
         loop {
             let next = parser.next_directive();
             self.diagnostics.append(&mut parser.take_diagnostics());
             let Some(directive) = next else { return };
-            self.directive(directive);
+            self.obey(directive);
         }
+    }
+
+    fn obey(&mut self, mut directive: Directive) {
+        if self.is_v3 {
+            self.upgrade(&mut directive);
+        }
+        names::normalize(&mut directive);
+        self.directive(directive);
+    }
+
+    /// Parses a long text on all threads, and does what it says meanwhile, in its order. Never from one of those threads, which
+    /// must not wait for each other.
+    fn run_in_pieces(&mut self, file: FileId, text: &str) {
+        let pieces = pieces(text, PIECE);
+        let is_v3 = self.is_v3;
+        let (send, receive) = mpsc::channel();
+        rayon::in_place_scope(|scope| {
+            let start = |i: usize| {
+                let (send, piece) = (send.clone(), pieces.get(i).cloned());
+                scope.spawn(move |_| {
+                    let Some(piece) = piece else { return };
+                    let parser = Parser::of_piece(file, text, piece).accepting_v3(is_v3);
+                    let read = catch_unwind(AssertUnwindSafe(|| read_all_of(parser)));
+                    // Whoever listens waits for every piece, unless it panics.
+                    let _ = send.send((i, read));
+                });
+            };
+            // Few pieces at a time, so that a text is never held twice.
+            let ahead = 2 * rayon::current_num_threads();
+            (0..ahead.min(pieces.len())).for_each(start);
+            let mut ready = BTreeMap::new();
+            for i in 0..pieces.len() {
+                while !ready.contains_key(&i) {
+                    let Ok((k, read)) = receive.recv() else { return };
+                    ready.insert(k, read);
+                }
+                start(i + ahead);
+                let read = match ready.remove(&i) {
+                    Some(Err(bug)) => resume_unwind(bug),
+                    Some(Ok(read)) => read,
+                    None => Vec::new(),
+                };
+                for (mut problems, directive) in read {
+                    self.diagnostics.append(&mut problems);
+                    directive.into_iter().for_each(|d| self.obey(d));
+                }
+            }
+        });
     }
 
     /// `Include` and `Import`: the directives of another file. What an imported file does to the state stays inside it.

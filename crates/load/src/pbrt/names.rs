@@ -2,7 +2,40 @@
 
 use std::collections::BTreeMap;
 use steradian_scene::{Arena, Handle};
-use steradian_syntax::{Diagnostic, Span, did_you_mean};
+use steradian_syntax::{ArgValue, Diagnostic, Directive, Kind, ParamType, Span, Values, did_you_mean};
+use unicode_normalization::UnicodeNormalization;
+
+/// Brings the names in a directive to one form, so that the same letters written in two ways are one name. Names of files stay as
+/// they are.
+pub(super) fn normalize(d: &mut Directive) {
+    let same = |s: &mut String| {
+        if !s.is_ascii() {
+            *s = s.nfc().collect();
+        }
+    };
+    let has_names = matches!(
+        d.kind,
+        Kind::CoordinateSystem
+            | Kind::CoordSysTransform
+            | Kind::MakeNamedMaterial
+            | Kind::MakeNamedMedium
+            | Kind::MediumInterface
+            | Kind::NamedMaterial
+            | Kind::ObjectBegin
+            | Kind::ObjectInstance
+            | Kind::Texture
+    );
+    for arg in d.args.iter_mut().filter(|_| has_names) {
+        if let ArgValue::String(s) = &mut arg.value {
+            same(s);
+        }
+    }
+    for p in d.params.iter_mut().filter(|p| p.ty == ParamType::Texture || p.name == "materials") {
+        if let Values::Strings(v) = &mut p.values {
+            v.iter_mut().for_each(|(s, _)| same(s));
+        }
+    }
+}
 
 /// The names of one kind of thing.
 pub(super) struct Names<T> {

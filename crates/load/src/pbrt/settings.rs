@@ -6,10 +6,11 @@ use steradian_image::{Filter, FilterKind};
 use steradian_math::{AnimatedTransform, Vec2};
 use steradian_sampling::{Randomization, SamplerKind, SamplerSettings};
 use steradian_scene::{
-    Bidirectional, Camera, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection, LobeSampling,
-    Medium, MisHeuristic, Projection, RenderSettings, SphericalMapping, Techniques,
+    Bands, Bidirectional, Camera, FilmKind, FilmSettings, Handle, IntegratorKind, IntegratorSettings, LightSelection,
+    LobeSampling, MOST_BANDS, MOST_PHOTONS, Medium, Metropolis, MisHeuristic, PhotonMapping, Projection,
+    RenderSettings, SphericalMapping, Techniques, TestFunction,
 };
-use steradian_spectrum::{ColorMode, ColorSpace, PixelSensor};
+use steradian_spectrum::{ColorMode, ColorSpace, LAMBDA_MAX, LAMBDA_MIN, PixelSensor};
 use steradian_syntax::{Diagnostic, Directive, Kind, Span, did_you_mean};
 
 /// What was declared so far; built when the whole text is read.
@@ -169,19 +170,26 @@ impl Loader<'_> {
     fn build_film(&mut self, exposure_time: f32) {
         let Some((kind, mut params, color_space)) = self.declarations.film.take() else { return };
         let p = &mut params;
+        let mut film_kind = FilmKind::Rgb;
         match kind.as_str() {
             "rgb" => {}
             "gbuffer" => {
-                p.choice("coordinatesystem", &[("camera", ()), ("world", ())]);
-                let note = "the `gbuffer` film is not supported yet; the image is written as by `rgb`, without the other channels";
-                p.diagnostics.push(Diagnostic::note(note, p.span));
+                let in_world = p.choice("coordinatesystem", &[("camera", false), ("world", true)]);
+                film_kind = FilmKind::GBuffer { in_world };
             }
             "spectral" => {
-                p.int_in("nbuckets", 16, 1..=i32::MAX);
-                p.float("lambdamin", 360.0);
-                p.float("lambdamax", 830.0);
-                let note = "the `spectral` film is not supported yet; the image is written as by `rgb`";
-                p.diagnostics.push(Diagnostic::note(note, p.span));
+                let count = p.int_in("nbuckets", 16, 1..=MOST_BANDS as i32) as u32;
+                let range = [p.float("lambdamin", LAMBDA_MIN), p.float("lambdamax", LAMBDA_MAX)];
+                if range[0] >= LAMBDA_MIN && range[0] < range[1] && range[1] <= LAMBDA_MAX {
+                    film_kind = FilmKind::Spectral(Bands { count, range });
+                } else {
+                    let span = if p.has("lambdamin") { p.span_of("lambdamin") } else { p.span_of("lambdamax") };
+                    let message = format!(
+                        "the film's wavelengths must lie in {LAMBDA_MIN} to {LAMBDA_MAX} nm, and not be {} to {}",
+                        range[0], range[1]
+                    );
+                    p.error(message, span);
+                }
             }
             _ => {
                 let span = p.span;
@@ -189,7 +197,7 @@ impl Loader<'_> {
             }
         }
         let p = &mut params;
-        let mut film = FilmSettings { color_space, ..FilmSettings::new(1, 1) };
+        let mut film = FilmSettings { color_space, kind: film_kind, ..FilmSettings::new(1, 1) };
         film.filename = p.string("filename").map_or("pbrt.exr".into(), |s| s.0);
         film.max_component_value = p.float("maxcomponentvalue", f32::INFINITY);
         film.half = p.boolean("savefp16", true);
@@ -375,16 +383,50 @@ impl Loader<'_> {
                     }
                 }
             }
-            "mlt" | "sppm" => {
-                // All of them see media but `sppm`, whose scenes have none.
-                settings.kind = IntegratorKind::VolPath;
-                p.warning(format!("the `{kind}` integrator is not supported yet; `volpath` is used instead"), None);
-                settings.max_depth = p.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
-                p.accept_all();
+            "sppm" => {
+                let radius = p.float("radius", 1.0);
+                let per_iteration = p.maybe_int("photonsperiteration").filter(|&n| n != -1);
+                let seed = p.maybe_int("seed").map(|n| i64::from(n) as u64);
+                if !(radius > 0.0 && radius.is_finite()) {
+                    let span = p.span_of("radius");
+                    p.error(format!("`radius` must be positive, not {radius}"), span);
+                }
+                let most = MOST_PHOTONS as i32;
+                if per_iteration.is_some_and(|n| !(1..=most).contains(&n)) {
+                    let span = p.span_of("photonsperiteration");
+                    let range = format!("`photonsperiteration` must be from 1 to {most}, or -1 for one for each pixel");
+                    p.error(range, span);
+                }
+                let per_iteration = per_iteration.map(|n| n.max(1) as u32);
+                settings.kind = IntegratorKind::Sppm(PhotonMapping { radius: Some(radius), per_iteration, seed });
+                settings.light_selection = LightSelection::Power;
+            }
+            "mlt" => {
+                let metropolis = Metropolis {
+                    bootstrap_samples: p.int_in("bootstrapsamples", 100_000, 1..=i32::MAX) as u32,
+                    chains: p.int_in("chains", 1000, 1..=1 << 20) as u32,
+                    large_step_probability: p.float("largestepprobability", 0.3),
+                    sigma: p.float("sigma", 0.01),
+                };
+                settings.kind = IntegratorKind::Mlt(metropolis);
+                settings.light_selection = LightSelection::Power;
+                settings.regularize = p.boolean("regularize", false);
+                // The sampler is not asked for anything but this.
+                self.scene.settings.sampler.spp = p.int_in("mutationsperpixel", 100, 1..=i32::MAX) as u32;
             }
             "function" => {
-                p.error("the `function` integrator is not supported yet", None);
-                p.accept_all();
+                let function = p.choice("function", &TestFunction::ALL);
+                let name = p.string("filename").map_or_else(|| format!("{}-mse.txt", function.name()), |s| s.0);
+                settings.kind = IntegratorKind::Function(function);
+                settings.report = Some(name);
+                // Errors are told at the end of each pass, which comes at numbers that suit the samplers.
+                p.boolean("skipbad", true);
+                if let Some((_, span)) = p.string("imagefilename") {
+                    p.warning("`imagefilename` does nothing here", span);
+                }
+                if self.scene.settings.sampler.kind == SamplerKind::Sobol {
+                    p.error("the `sobol` sampler spreads one sequence over all pixels; the `function` integrator wants `paddedsobol`", None);
+                }
             }
             _ => {
                 let span = p.span;
@@ -405,7 +447,7 @@ impl Loader<'_> {
                 self.unknown_type("integrator", &kind, span, &known);
             }
         }
-        if kind != "ambientocclusion" {
+        if kind != "ambientocclusion" && kind != "function" {
             settings.max_depth = params.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
         }
         self.scene.settings.integrator = settings;

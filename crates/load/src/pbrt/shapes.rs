@@ -46,17 +46,19 @@ impl Loader<'_> {
     fn place(&mut self, shapes: Vec<Shape>, alpha: Option<FloatInput>, params: &mut Params) {
         let state = &self.state;
         let animated = state.is_animated();
-        let mut light = state.area_light.clone();
+        let light = state.area_light.clone();
         if light.is_some() && self.object.is_some() {
-            params.warning("area lights do not work inside objects; this shape does not emit", None);
-            light = None;
+            let note = "each instance of the object shines here; in pbrt none does";
+            params.diagnostics.push(Diagnostic::note(note, params.span));
         }
         if light.is_some() && shapes.iter().any(|s| matches!(s, Shape::Curves(_))) {
             params.warning("light from curves is found by chance only, and so is noisy", None);
         }
         if light.is_some() && animated {
-            params.error("a moving shape cannot emit light", None);
-            light = None;
+            params.warning(
+                "light from a moving shape is found by chance only, and so is noisy; in pbrt it does not move",
+                None,
+            );
         }
         // A boundary between equal media is none.
         let media =

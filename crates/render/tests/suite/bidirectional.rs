@@ -16,7 +16,7 @@ use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 
 const BDPT: IntegratorKind = IntegratorKind::Bdpt(Bidirectional { strategy: None, unweighted: false });
 
-fn with(scene: &Scene, kind: IntegratorKind) -> Scene {
+pub fn with(scene: &Scene, kind: IntegratorKind) -> Scene {
     let mut s = scene.clone();
     s.settings.integrator.kind = kind;
     s
@@ -27,7 +27,7 @@ fn strategy(scene: &Scene, s: u32, t: u32, unweighted: bool) -> Scene {
 }
 
 /// A room without mirrors: a diffuse box, a rough metal ball, a rough glass ball, a lamp and a little sky.
-fn rough_room(size: u32, color: ColorMode) -> Scene {
+pub fn rough_room(size: u32, color: ColorMode) -> Scene {
     let mut s = room(size, 1, SamplerKind::Independent);
     s.settings.color = color;
     s.settings.integrator.max_depth = 4;
@@ -198,7 +198,7 @@ fn leaning_normals_make_no_difference() {
 }
 
 /// A body of something in a room, with the camera outside or a lamp inside it.
-fn foggy(g: f32, sigma_a: [f32; 3], sigma_s: [f32; 3], lamp_inside: bool) -> Scene {
+pub fn foggy(g: f32, sigma_a: [f32; 3], sigma_s: [f32; 3], lamp_inside: bool) -> Scene {
     let mut s = empty(8, 1, 4, ColorMode::Spectral, SamplerKind::Independent);
     s.camera = camera([0.0, 0.3, -4.5], [0.0, 0.0, 0.0], 32.0);
     let of = |rgb| Spectrum::rgb_unbounded(ColorSpace::Srgb, rgb);

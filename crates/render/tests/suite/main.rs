@@ -8,6 +8,7 @@ mod determinism;
 mod furnace;
 mod layers;
 mod media;
+mod progressive;
 mod scenes;
 mod systems;
 mod techniques;

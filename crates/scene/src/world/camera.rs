@@ -200,6 +200,11 @@ impl CameraModel {
         })
     }
 
+    /// How many pixels the rays of [`differential`](Self::differential) are away.
+    pub fn differential_scale(&self) -> f32 {
+        self.differential_scale
+    }
+
     /// The rays of the neighbouring samples in x and y, for texture filtering.
     pub fn differential(&self, sample: &CameraSample, ray: &Ray) -> RayDifferential {
         let t = self.world_from_camera.at(ray.time);

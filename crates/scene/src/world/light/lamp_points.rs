@@ -87,6 +87,7 @@ impl World {
             receiver: self.camera.is_receiver(),
             unsampled: self.has_unsampled_lights(),
             subsurface: self.has_subsurface(),
+            glowing_media: self.scene().media.iter().any(|m| m.volume.glows()),
             media: self.has_media(),
         }
     }
