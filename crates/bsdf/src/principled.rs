@@ -112,10 +112,18 @@ impl Principled {
         let p = &self.p;
         let f = fresnel_dielectric(if p.thin.is_some() { wo.z.abs() } else { wo.z }, p.eta);
         let (glass, rest) = ((1.0 - p.metallic) * p.transmission, (1.0 - p.metallic) * (1.0 - p.transmission));
+        // In proportion to what the parts reflect, as far as that is known; nothing that reflects is left out.
+        let base = p.base.average();
+        let diffuse = rest * (base + p.sheen).clamp(0.05, 1.0);
+        let mirrored = p.metallic * base.max(0.05) + (1.0 - p.metallic) * f.max(0.04);
         let mut all = match p.thin {
-            Some(back) => [rest * (1.0 - back), 0.0, glass * f, glass * (1.0 - f), rest * back],
-            None if wo.z > 0.0 => [rest, 0.25 * p.coat, 1.0 - glass * (1.0 - f), glass * (1.0 - f), 0.0],
-            None if glass > 0.0 => [0.0, 0.0, f, 1.0 - f, 0.0],
+            Some(back) => [diffuse * (1.0 - back), 0.0, glass * f, glass * (1.0 - f), diffuse * back],
+            None if wo.z > 0.0 => [diffuse, 0.02 * p.coat, mirrored, glass * (1.0 - f), 0.0],
+            // Where the surface itself reflects all light, its facets need not.
+            None if glass > 0.0 => {
+                let f = f.clamp(0.1, 0.9);
+                [0.0, 0.0, f, 1.0 - f, 0.0]
+            }
             None => [0.0; 5],
         };
         match part {
@@ -133,6 +141,9 @@ impl Principled {
     /// Diffuse, retroreflected and flattened light, and sheen; with the cosine.
     fn diffuse(&self, wo: Vec3, wi: Vec3, wm: Vec3) -> Lanes {
         let p = &self.p;
+        if p.transmission >= 1.0 {
+            return Lanes::ZERO;
+        }
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         let (fo, fi) = (schlick(cos_o), schlick(cos_i));
         let cos_d = wm.dot(wi);

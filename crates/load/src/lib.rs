@@ -4,7 +4,6 @@
 //! ([`load_model`]: glTF, OBJ, STL, PLY). All problems of a scene are reported in one run, each with its place; nothing is printed. Files are opened only
 //! through [`FileAccess`].
 
-mod export;
 mod files;
 mod gltf;
 mod ies;
@@ -15,7 +14,6 @@ mod pbrt;
 pub mod ply;
 mod tensor;
 
-pub use export::{Exported, to_pbrt};
 pub use files::{Disk, FileAccess, Memory};
 pub use model::{EnvironmentMap, ModelOptions, Up, is_model, load_model};
 pub use pbrt::{Input, LoadOptions, LoadOutcome, load_pbrt};

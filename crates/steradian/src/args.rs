@@ -62,8 +62,6 @@ pub(crate) enum Command {
     Submit(Box<SubmitArgs>),
     /// Read a scene and report every problem in it
     Check(SceneArg),
-    /// Write a scene of any format as pbrt-v4, and name what that format cannot say
-    Convert(ConvertArgs),
     /// Say what is in a scene, or what an image file says about itself
     Info(InfoArgs),
     /// Say whether two images show the same, and how far apart they are
@@ -175,21 +173,6 @@ again does only what is missing.
 Examples:
   steradian submit slurm scene.pbrt --spp 1024 --parts 64 --cores 4 -o scene.exr --run
   steradian submit parallel scene.pbrt --spp 64 --parts 8 -o scene.exr && sh scene.parallel.sh";
-
-/// `convert`.
-#[derive(Args, Debug)]
-pub(crate) struct ConvertArgs {
-    /// A scene or model that `render` reads
-    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
-    pub scene: PathBuf,
-
-    /// The file to write; meshes and pictures go to a folder beside it
-    #[arg(value_name = "OUT.pbrt", value_hint = ValueHint::FilePath)]
-    pub output: PathBuf,
-
-    #[command(flatten)]
-    pub model: ModelArgs,
-}
 
 /// `render`.
 #[derive(Args, Debug, Clone)]
