@@ -314,7 +314,11 @@ def _command(argv: list[str]) -> int:
     asked: Mapping[str, Any] = _native.asked(argv)
     if not asked["writing"] or "-o" not in asked["writing"]:
         raise InputError("-o FILE says where the picture goes")
-    say = (lambda *_: None) if asked["quiet"] else (lambda line: print(line, file=sys.stderr, flush=True))
+
+    def say(line: str) -> None:
+        if line and not asked["quiet"]:
+            print(line, file=sys.stderr, flush=True)
+
     path = asked["scene"]
     native = _native.Scene.showcase() if path is None else _native.Scene.from_file(os.fspath(path), list(asked["reading"]))
     scene = Scene(native)

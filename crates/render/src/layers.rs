@@ -259,7 +259,7 @@ impl<C: Count> Record for Sort<'_, C> {
     }
 }
 
-/// The layers of a film by name, row by row, but for [`read_spectrum`]; that of [`OUTLIERS`] is what is to be taken from the picture.
+/// The layers of a film by name, row by row, but for [`crate::read_spectrum`]; that of [`OUTLIERS`] is what is to be taken from the picture.
 ///
 /// # Panics
 /// If the film has other layers.

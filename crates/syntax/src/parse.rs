@@ -43,7 +43,7 @@ impl<'a> Parser<'a> {
         Parser { file, lexer: Lexer::new(text), diagnostics: Vec::new(), reported: 0, accepts_v3: false }
     }
 
-    /// At the start of one of the [`pieces`](crate::pieces) of a text, to its end.
+    /// At the start of one of the [`pieces()`](crate::pieces()) of a text, to its end.
     pub fn of_piece(file: FileId, text: &'a str, piece: std::ops::Range<usize>) -> Parser<'a> {
         let lexer = Lexer::new(&text[..piece.end]).from(piece.start);
         Parser { lexer, ..Parser::new(file, text) }
