@@ -2,7 +2,7 @@
 
 use crate::{Handle, SpectrumInput, TextureImage};
 use steradian_math::{Point3, Transform, Vec3};
-use steradian_spectrum::Spectrum;
+use steradian_spectrum::{Spectrum, SpectrumUse};
 
 /// Lights that a compositor turns up and down together; every light statement makes one, those with one name make one together.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,8 +107,9 @@ pub enum Light {
         world_from_light: Transform,
         /// The picture: radiant intensity up to `scale`.
         image: Handle<TextureImage>,
-        /// Whether the picture is irradiance instead, of a plane across the axis one unit away, and interpolated between texels.
-        on_screen: bool,
+        /// What the colours stand for where the picture is irradiance instead, of a plane across the axis one unit away, and interpolated
+        /// between texels: lights, or what a slide passes of a light of equal energy.
+        screen: Option<SpectrumUse>,
         /// Full angle along the shorter axis, in degrees.
         fov: f32,
         /// Factor.

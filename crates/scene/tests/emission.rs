@@ -251,17 +251,17 @@ fn points_emit_what_is_received() {
         lit(move |s| Light::Goniometric { world_from_light, intensity, image: picture(s, 16, 16), scale })
     };
     let projection = |world_from_light| {
-        lit(move |s| Light::Projection {
-            world_from_light,
-            image: picture(s, 20, 12),
-            on_screen: false,
-            fov: 60.0,
-            scale,
-        })
+        lit(move |s| Light::Projection { world_from_light, image: picture(s, 20, 12), screen: None, fov: 60.0, scale })
     };
     let screen = lit(move |s| {
         let image = picture(s, 20, 12);
-        Light::Projection { world_from_light: t, image, on_screen: true, fov: 60.0, scale }
+        Light::Projection {
+            world_from_light: t,
+            image,
+            screen: Some(steradian_spectrum::SpectrumUse::Unbounded),
+            fov: 60.0,
+            scale,
+        }
     });
     let cone = |slide: bool, intensity: Spectrum| {
         lit(move |s| {

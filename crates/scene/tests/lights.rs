@@ -241,7 +241,7 @@ fn point_like_lights_emit_what_their_pictures_say() {
     let (lookup, wrap, color_space) = (Lookup::Bilinear, [Wrap::Clamp; 2], ColorSpace::Srgb);
     let image = scene.images.push(TextureImage { name: String::new(), texels, lookup, wrap, color_space });
     let fov = 70.0;
-    scene.lights.push(Light::Projection { world_from_light, image, on_screen: false, fov, scale });
+    scene.lights.push(Light::Projection { world_from_light, image, screen: None, fov, scale });
     let world = World::build(scene).unwrap();
     let tan = (35.0f64.to_radians()).tan();
     // The solid angle of a rectangle: the left third of it is half as bright.
@@ -263,7 +263,7 @@ fn the_light_tree_finds_every_light_that_a_point_sees() {
     for i in 0..12 {
         let world_from_light = moved(i as f32, (i * i % 7) as f32, (i * 5 % 3) as f32);
         scene.lights.push(match i % 3 {
-            0 => Light::Projection { world_from_light, image, on_screen: false, fov: 100.0, scale },
+            0 => Light::Projection { world_from_light, image, screen: None, fov: 100.0, scale },
             1 => Light::Goniometric { world_from_light, intensity: intensity.clone(), image, scale },
             _ => {
                 let (cos_end, cos_start) = (0.2, 0.8);

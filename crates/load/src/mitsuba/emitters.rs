@@ -102,25 +102,26 @@ impl Mitsuba<'_> {
 
     fn projector(&mut self, e: &Object, world: &Transform) -> Option<Light> {
         let factor = PI * self.float(e, "scale", 1.0) / ColorSpace::Srgb.photometric();
-        let image = match self.named(e, "irradiance") {
+        // A texture is behind the light, what is stated is the light.
+        let (image, usage) = match self.named(e, "irradiance") {
             Some(i) => {
                 let t = self.object(i);
                 let image = self.bitmap(&t, true)?.image;
                 self.finish(&t);
-                image
+                (image, SpectrumUse::Unbounded)
             }
             None => {
                 let (s, scale, _) = self.emission(e, "irradiance");
                 let rgb = Storage::F32(s.rgb().map(|v| v * scale).to_vec());
                 let texels = Texels::new(1, 1, 3, rgb, Encoding::Linear).ok()?;
-                self.push_image("irradiance", texels, Lookup::Bilinear, Wrap::Clamp)
+                (self.push_image("irradiance", texels, Lookup::Bilinear, Wrap::Clamp), SpectrumUse::Illuminant)
             }
         };
         let texels = &self.scene.images[image].texels;
         let fov = self.field_of_view(e, [texels.width() as u32, texels.height() as u32]);
         // x runs to the left of the picture, as with sensors.
         let world_from_light = world.mul(&Transform::scale(-1.0, 1.0, 1.0)?);
-        Some(Light::Projection { world_from_light, image, on_screen: true, fov, scale: factor })
+        Some(Light::Projection { world_from_light, image, screen: Some(usage), fov, scale: factor })
     }
 
     fn envmap(&mut self, e: &Object, world: &Transform) -> Option<Light> {

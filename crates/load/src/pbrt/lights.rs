@@ -197,7 +197,7 @@ impl Loader<'_> {
         if power > 0.0 {
             scale *= power_factor(p, power, picture.projected_luminance(fov))?;
         }
-        Some(Light::Projection { world_from_light: *ctm, image, on_screen: false, fov, scale })
+        Some(Light::Projection { world_from_light: *ctm, image, screen: None, fov, scale })
     }
 
     /// The picture of a light that must be in equal-area layout.

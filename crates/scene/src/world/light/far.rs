@@ -165,8 +165,8 @@ impl Far {
             Light::Cone { world_from_light, intensity, scale, end, start, slide } => {
                 Self::Cone(Cone::new(world_from_light, intensity.clone(), *scale, [*start, *end], *slide))
             }
-            Light::Projection { world_from_light, image, on_screen, fov, scale } => {
-                Self::Projection(Projection::new(world_from_light, *image, *on_screen, *fov, *scale, images))
+            Light::Projection { world_from_light, image, screen, fov, scale } => {
+                Self::Projection(Projection::new(world_from_light, *image, *screen, *fov, *scale, images))
             }
             Light::UniformInfinite { radiance, scale } => {
                 Self::Uniform(Uniform { radiance: radiance.clone(), scale: *scale })

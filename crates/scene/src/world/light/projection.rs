@@ -21,7 +21,7 @@ pub(super) struct Projection {
     light_from_world: Transform,
     image: Handle<TextureImage>,
     scale: f32,
-    on_screen: bool,
+    screen: Option<SpectrumUse>,
     /// Half the extent of the picture on the plane z = 1.
     half: [f32; 2],
     flux: f32,
@@ -79,7 +79,7 @@ impl Projection {
     pub fn new(
         world_from_light: &Transform,
         image: Handle<TextureImage>,
-        on_screen: bool,
+        screen: Option<SpectrumUse>,
         fov: f32,
         scale: f32,
         images: &Arena<TextureImage>,
@@ -90,11 +90,11 @@ impl Projection {
             light_from_world: world_from_light.inverse(),
             image,
             scale,
-            on_screen,
+            screen,
             half: half_extent(&images[image], fov),
             flux: projected_luminance(&images[image], fov)
-                * if on_screen { screen_gain(half_extent(&images[image], fov)) } else { 1.0 },
-            distribution: distribution(&images[image], half_extent(&images[image], fov), on_screen),
+                * if screen.is_some() { screen_gain(half_extent(&images[image], fov)) } else { 1.0 },
+            distribution: distribution(&images[image], half_extent(&images[image], fov), screen.is_some()),
         }
     }
 
@@ -109,11 +109,15 @@ impl Projection {
 
     fn lanes(&self, images: &Arena<TextureImage>, [u, v]: [f32; 2], w: &Wavelengths) -> Lanes {
         let image = &images[self.image];
-        if self.on_screen {
+        if let Some(usage) = self.screen {
             let rgb = interpolated(image, [u, v]).map(|v| v.max(0.0));
             let length = Vec3::new((2.0 * u - 1.0) * self.half[0], (2.0 * v - 1.0) * self.half[1], 1.0).length();
             let intensity = self.scale * length * length * length;
-            return slide_lanes(rgb, image.color_space, w) * intensity;
+            let lanes = match usage {
+                SpectrumUse::Illuminant => rgb_lanes(rgb, image.color_space, usage, w),
+                _ => slide_lanes(rgb, image.color_space, w),
+            };
+            return lanes * intensity;
         }
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         let rgb = rgb_at(&image.texels, cell(u, image.texels.width()), cell(v, image.texels.height()));
