@@ -100,7 +100,12 @@ await test("orbit changes the picture, and undo brings it back", async () => {
 });
 
 await test("exposure, curves and false colours happen in the page", async () => {
-  const before = await generation(page);
+  // The test before may have said something last that the server is still to hear.
+  let before = -1;
+  for (let now = await generation(page); now !== before; now = await generation(page)) {
+    before = now;
+    await page.waitForTimeout(700);
+  }
   const start = await brightness(page);
   await page.fill("#exposure", "3");
   await until(page, () => document.getElementById("exposure-value").textContent === "+3 EV");
