@@ -15,19 +15,19 @@ pub struct Beckmann {
 
 impl Beckmann {
     /// Root mean square slopes along x and y, times the square root of two; at least 1e-4.
-    #[inline]
+    #[inline(never)]
     pub fn new(alpha_x: f32, alpha_y: f32) -> Self {
         Self { alpha_x: alpha_x.max(1e-4), alpha_y: alpha_y.max(1e-4) }
     }
 
     /// Roughness along x and y.
-    #[inline]
+    #[inline(never)]
     pub fn alpha(&self) -> [f32; 2] {
         [self.alpha_x, self.alpha_y]
     }
 
     /// Area density of microfacets with normal `wm` per area of surface; `wm` may point to either side.
-    #[inline]
+    #[inline(never)]
     pub fn normals(&self, wm: Vec3) -> f32 {
         let cos2 = sqr(wm.z);
         if cos2 < 1e-10 {
@@ -38,7 +38,7 @@ impl Beckmann {
     }
 
     /// Ratio of invisible to visible area seen from `w` (Smith's auxiliary function).
-    #[inline]
+    #[inline(never)]
     pub fn lambda(&self, w: Vec3) -> f32 {
         let tangential = sqr(self.alpha_x * w.x) + sqr(self.alpha_y * w.y);
         if tangential == 0.0 {

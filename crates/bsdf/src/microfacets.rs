@@ -74,7 +74,10 @@ impl Microfacets {
         if w.z == 0.0 {
             return 0.0;
         }
-        self.masking(w) / w.z.abs() * self.normals(wm) * w.abs_dot(wm)
+        match self {
+            Self::TrowbridgeReitz(d) | Self::SeparableTrowbridgeReitz(d) => d.visible_normals(w, wm),
+            Self::Beckmann(_) => self.masking(w) / w.z.abs() * self.normals(wm) * w.abs_dot(wm),
+        }
     }
 
     /// A normal in the upper hemisphere, visible from `w` (or from `-w` if that is the one above).
