@@ -171,35 +171,18 @@ def _round_shards(first: int, end: int, most: int) -> list[str]:
     return [f"{count - pieces + i + 1}/{count}" for i in range(pieces)]
 
 
-def _split_error(words: list[str]) -> tuple[list[str], list[str]]:
-    """Options of the error goal, which the driver looks at, and the others."""
-    goal, rest = [], []
-    takes = ("--error", "--error-in", "--error-pixels", "--confidence")
-    i = 0
+def _split(words: list[str], names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The options of these names with their values, and all others."""
+    taken, rest, i = [], [], 0
     while i < len(words):
-        word = words[i]
-        name = word.split("=")[0]
-        if name in takes:
-            step = 1 if "=" in word else 2
-            goal += words[i : i + step]
+        if words[i].split("=")[0] in names:
+            step = 1 if "=" in words[i] else 2
+            taken += words[i : i + step]
             i += step
         else:
-            if name not in ("--no-adaptive",):
-                rest.append(word)
+            rest.append(words[i])
             i += 1
-    return goal, rest
-
-
-def _without(words: list[str], names: Sequence[str]) -> list[str]:
-    out, i = [], 0
-    while i < len(words):
-        name = words[i].split("=")[0]
-        if name in names:
-            i += 1 if "=" in words[i] else 2
-        else:
-            out.append(words[i])
-            i += 1
-    return out
+    return taken, rest
 
 
 class _Result:
@@ -226,7 +209,8 @@ def _run(
     hear: Optional[Callable[[float, int, int], None]],
     see: Optional[Callable[[Callable[[], Image]], None]],
 ) -> _Result:
-    goal, rest = _split_error(words)
+    # The driver looks at the error; parts know nothing of it.
+    goal, rest = _split([w for w in words if w != "--no-adaptive"], ("--error", "--error-in", "--error-pixels", "--confidence"))
     key = hashlib.blake2s("\n".join([_native.__version__, scene.hash, *rest]).encode(), digest_size=8).hexdigest()
     folder = spill / key
     folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +226,7 @@ def _run(
             return _Result(image, files, folder, False, None, None)
         # Rounds end where a render here would look at its error, and go on from each other.
         laid_out = spp or int(scene["sampler.spp"])
-        base = _without(base, ("--spp", "--sampler-spp"))
+        base = _split(base, ("--spp", "--sampler-spp"))[1]
         first, files = 0, []
         ends = _native.looks(spp or 1 << 20) or []
         if spp and (not ends or ends[-1][0] < spp):

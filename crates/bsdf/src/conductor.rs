@@ -77,17 +77,9 @@ impl Lobe for Conductor {
             return None;
         }
         let d = &self.distribution;
-        let sample = |wi, weight, pdf, flag| LobeSample {
-            wi,
-            weight,
-            pdf,
-            flags: Lobes::REFLECTION | flag,
-            eta: 1.0,
-            pdf_is_proportional: false,
-        };
         if d.is_smooth() {
             let weight = fresnel_conductor_lanes(wo.z.abs(), self.eta, self.k);
-            return Some(sample(mirror(wo), weight, 1.0, Lobes::SPECULAR));
+            return Some(LobeSample::reflected(mirror(wo), weight, 1.0, Lobes::SPECULAR));
         }
         let wm = d.sample_visible_normal(wo, u);
         let wi = reflect(wo, wm);
@@ -98,7 +90,7 @@ impl Lobe for Conductor {
         let pdf = masking * d.normals(wm) / (4.0 * wo.z.abs());
         let fresnel = fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k);
         // Density and distribution cancel: what is left of f cos / pdf is the shadowing.
-        Some(sample(wi, fresnel * (d.masking_shadowing(wo, wi) / masking), pdf, Lobes::GLOSSY))
+        Some(LobeSample::reflected(wi, fresnel * (d.masking_shadowing(wo, wi) / masking), pdf, Lobes::GLOSSY))
     }
 
     fn regularize(&mut self) {

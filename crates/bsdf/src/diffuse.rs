@@ -54,13 +54,6 @@ impl Lobe for Diffuse {
         let mut wi = square_to_cosine_hemisphere(u);
         let pdf = wi.z * INV_PI;
         wi.z = wi.z.copysign(wo.z);
-        (pdf > 0.0 && wo.z != 0.0).then_some(LobeSample {
-            wi,
-            weight: self.reflectance,
-            pdf,
-            flags: Lobes::REFLECTION | Lobes::DIFFUSE,
-            eta: 1.0,
-            pdf_is_proportional: false,
-        })
+        (pdf > 0.0 && wo.z != 0.0).then_some(LobeSample::reflected(wi, self.reflectance, pdf, Lobes::DIFFUSE))
     }
 }

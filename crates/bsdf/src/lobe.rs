@@ -175,6 +175,14 @@ pub struct LobeSample {
     pub pdf_is_proportional: bool,
 }
 
+impl LobeSample {
+    /// A reflection of one `kind`, with its exact density.
+    #[inline]
+    pub fn reflected(wi: Vec3, weight: Lanes, pdf: f32, kind: Lobes) -> Self {
+        Self { wi, weight, pdf, flags: Lobes::REFLECTION | kind, eta: 1.0, pdf_is_proportional: false }
+    }
+}
+
 /// A scattering lobe.
 ///
 /// Frame: `+z` is the shading normal, `wo` and `wi` are unit vectors away from the surface. Measure: densities are per

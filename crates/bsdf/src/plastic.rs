@@ -181,18 +181,15 @@ impl Lobe for Plastic<'_> {
         }
         let t = self.transmittance(wo.z.abs());
         let p = self.specular_probability(t);
-        let sample = |wi, weight, pdf, flag| LobeSample {
-            wi,
-            weight,
-            pdf,
-            flags: Lobes::REFLECTION | flag,
-            eta: 1.0,
-            pdf_is_proportional: false,
-        };
         let (wi, flag) = if u_lobe < p {
             match &self.interface {
                 PlasticInterface::Smooth { .. } => {
-                    return Some(sample(mirror(wo), self.specular * ((1.0 - t) / p), p, Lobes::SPECULAR));
+                    return Some(LobeSample::reflected(
+                        mirror(wo),
+                        self.specular * ((1.0 - t) / p),
+                        p,
+                        Lobes::SPECULAR,
+                    ));
                 }
                 PlasticInterface::Rough(d, _) => (reflect(wo, d.sample_visible_normal(wo, u)), Lobes::GLOSSY),
             }
@@ -202,7 +199,7 @@ impl Lobe for Plastic<'_> {
             (wi, Lobes::DIFFUSE)
         };
         let (f, pdf) = self.both(wo, wi);
-        (pdf > 0.0).then(|| sample(wi, f * (wi.z.abs() / pdf), pdf, flag))
+        (pdf > 0.0).then(|| LobeSample::reflected(wi, f * (wi.z.abs() / pdf), pdf, flag))
     }
 
     fn regularize(&mut self) {
