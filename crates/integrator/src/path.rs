@@ -102,14 +102,7 @@ impl Path {
                 bsdf.regularize();
             }
             if R::DETAILED {
-                record.vertex(Vertex {
-                    depth,
-                    p: surface.p,
-                    n: frame.normal(),
-                    material: world.material_name(&surface),
-                    lobe: bsdf.name().to_owned(),
-                    throughput: beta,
-                });
+                record.vertex(Vertex::on(world, depth, (&surface, &frame), &bsdf, beta));
             }
             depth += 1;
 
@@ -149,14 +142,13 @@ impl Path {
                 };
                 if R::DETAILED {
                     record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival: 1.0 });
-                    record.vertex(Vertex {
+                    record.vertex(Vertex::on(
+                        world,
                         depth,
-                        p: exit.surface.p,
-                        n: exit.frame.normal(),
-                        material: world.material_name(&exit.surface),
-                        lobe: exit.bsdf.name().to_owned(),
-                        throughput: beta * exit.weight,
-                    });
+                        (&exit.surface, &exit.frame),
+                        &exit.bsdf,
+                        beta * exit.weight,
+                    ));
                 }
                 beta *= exit.weight;
                 let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();

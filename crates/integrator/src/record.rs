@@ -1,8 +1,9 @@
 //! What an integrator tells about a path while it traces it: counters, the path itself. Costs nothing when off.
 
+use steradian_bsdf::Bsdf;
 use steradian_geometry::TestCounts;
-use steradian_math::{Normal3, Point3, Ray, Vec3};
-use steradian_scene::{Hit, World};
+use steradian_math::{Frame, Normal3, Point3, Ray, Vec3};
+use steradian_scene::{Hit, Surface, World};
 use steradian_spectrum::Lanes;
 
 /// What a ray is for.
@@ -31,6 +32,20 @@ pub struct Vertex {
     pub lobe: String,
     /// Throughput on arrival.
     pub throughput: Lanes,
+}
+
+impl Vertex {
+    /// A point of a surface with its shading frame and what scatters there.
+    pub fn on(world: &World, depth: u32, (surface, frame): (&Surface, &Frame), bsdf: &Bsdf, throughput: Lanes) -> Self {
+        Self {
+            depth,
+            p: surface.p,
+            n: frame.normal(),
+            material: world.material_name(surface),
+            lobe: bsdf.name().to_owned(),
+            throughput,
+        }
+    }
 }
 
 /// How light was found.

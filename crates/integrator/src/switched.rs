@@ -114,14 +114,7 @@ impl SwitchedPath {
                 shading.bsdf.regularize();
             }
             if R::DETAILED {
-                record.vertex(Vertex {
-                    depth: walk.depth,
-                    p: surface.p,
-                    n: shading.frame.normal(),
-                    material: world.material_name(&surface),
-                    lobe: shading.bsdf.name().to_owned(),
-                    throughput: walk.beta,
-                });
+                record.vertex(Vertex::on(world, walk.depth, (&surface, &shading.frame), &shading.bsdf, walk.beta));
             }
             walk.depth += 1;
             let here = self.vertex(&surface, &shading, shading.frame.to_local(-walk.ray.d));
@@ -282,14 +275,7 @@ impl SwitchedPath {
             next.beta *= weight;
             if R::DETAILED {
                 record.bounce(bounce);
-                record.vertex(Vertex {
-                    depth: walk.depth,
-                    p: surface.p,
-                    n: frame.normal(),
-                    material: world.material_name(&surface),
-                    lobe: bsdf.name().to_owned(),
-                    throughput: next.beta,
-                });
+                record.vertex(Vertex::on(world, walk.depth, (&surface, &frame), &bsdf, next.beta));
             }
             let shading = Shading { frame, bsdf };
             let there = self.vertex(&surface, &shading, shading.frame.to_local(surface.wo));

@@ -97,14 +97,7 @@ impl VolPath {
                 bsdf.regularize();
             }
             if R::DETAILED {
-                record.vertex(Vertex {
-                    depth: walk.depth,
-                    p: surface.p,
-                    n: frame.normal(),
-                    material: world.material_name(&surface),
-                    lobe: bsdf.name().to_owned(),
-                    throughput: walk.beta,
-                });
+                record.vertex(Vertex::on(world, walk.depth, (&surface, &frame), &bsdf, walk.beta));
             }
             walk.depth += 1;
 
@@ -149,14 +142,13 @@ impl VolPath {
                 if R::DETAILED {
                     let pdf = walk.p_scatter;
                     record.bounce(Bounce { direction: wi, pdf, weight, specular, transmission, survival: 1.0 });
-                    record.vertex(Vertex {
-                        depth: walk.depth,
-                        p: exit.surface.p,
-                        n: exit.frame.normal(),
-                        material: world.material_name(&exit.surface),
-                        lobe: exit.bsdf.name().to_owned(),
-                        throughput: walk.beta * exit.weight,
-                    });
+                    record.vertex(Vertex::on(
+                        world,
+                        walk.depth,
+                        (&exit.surface, &exit.frame),
+                        &exit.bsdf,
+                        walk.beta * exit.weight,
+                    ));
                 }
                 walk.beta *= exit.weight;
                 walk.medium = medium;
