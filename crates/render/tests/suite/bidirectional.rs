@@ -1,15 +1,15 @@
 //! Paths from lights: against exact values, against paths from the camera, and every strategy against every other.
 
-use crate::continuing::{go, kept};
+use crate::continuing::{go, parts_join, refused};
 use crate::furnace::{check_mean, run};
 use crate::scenes::*;
 use crate::techniques::{room, same_mean};
 use steradian_geometry::{BilinearMesh, TriangleMesh};
 use steradian_math::{Normal3, Point3, Transform, Vec3};
-use steradian_render::{Film, Goals, Part, Rendered, Share, Snapshot, join};
+use steradian_render::{Goals, Rendered, Snapshot};
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Bidirectional, Coefficients, Error, IntegratorKind, Ior, Light, LightSelection, Medium, MediumInterface, Primitive,
+    Bidirectional, Coefficients, IntegratorKind, Ior, Light, LightSelection, Medium, MediumInterface, Primitive,
     Projection, Roughness, Scattering, Scene, SettingsError, Shape, SphericalMapping, Volume, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
@@ -309,26 +309,12 @@ fn splats_have_the_same_bits_however_a_render_is_cut_up() {
             kills += 1;
         };
         assert!(kills >= 1 && resumed.film == whole.film, "{kind:?}: {kills} kills");
-        for by_tiles in [true, false] {
-            let parts: Vec<Snapshot> = [2, 0, 1]
-                .map(|index| {
-                    let part = Part { index, count: 3 };
-                    let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
-                    kept(&go(&world, &Goals { share, ..Goals::default() }, 2, None, None).0)
-                })
-                .into();
-            let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
-            assert!(join(whole.film.bounds, &films, 100).unwrap() == whole.film, "{kind:?} {by_tiles}");
-        }
+        parts_join(&world, &whole, 100, &format!("{kind:?}"));
     }
 }
 
 #[test]
 fn what_cannot_work_is_refused() {
-    let refused = |s: Scene| match World::build(s) {
-        Err(Error::Settings(e)) => e,
-        other => panic!("{:?}", other.map(|_| ())),
-    };
     for (kind, name) in [(BDPT, "bdpt"), (IntegratorKind::LightPath, "lightpath")] {
         let mut s = with(&rough_room(4, ColorMode::Rgb), kind);
         s.camera.projection = Projection::Spherical { mapping: SphericalMapping::EqualArea };

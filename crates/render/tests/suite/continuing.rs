@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 use steradian_render::*;
 use steradian_sampling::SamplerKind;
-use steradian_scene::{LightSelection, World};
+use steradian_scene::{LightSelection, Scene, SettingsError, World};
 use steradian_spectrum::ColorMode;
 
 fn world() -> World {
@@ -181,4 +181,27 @@ fn a_time_limit_ends_at_a_whole_pass() {
     assert_eq!(r.outcome, Outcome::TimeLimit);
     let same = Plan { spp: r.spp, threads: 1, time_limit: None };
     assert_eq!(r.film.mean(), render(&world, &same, &Quiet, &AtomicBool::new(false)).film.mean());
+}
+
+/// Three parts of a render of `spp` samples, by tiles and by samples, have the bits of the whole.
+pub(crate) fn parts_join(world: &World, whole: &Rendered, spp: u32, what: &str) {
+    for by_tiles in [true, false] {
+        let parts: Vec<Snapshot> = [2, 0, 1]
+            .map(|index| {
+                let part = Part { index, count: 3 };
+                let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
+                kept(&go(world, &Goals { share, ..Goals::default() }, 2, None, None).0)
+            })
+            .into();
+        let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
+        assert!(join(whole.film.bounds, &films, spp).unwrap() == whole.film, "{what}, by tiles: {by_tiles}");
+    }
+}
+
+/// Why a scene with settings that cannot work is not put together.
+pub(crate) fn refused(scene: Scene) -> SettingsError {
+    match World::build(scene) {
+        Err(steradian_scene::Error::Settings(e)) => e,
+        other => panic!("{:?}", other.map(|_| ())),
+    }
 }

@@ -1,15 +1,15 @@
 //! Photon mapping and Metropolis light transport: against paths, over seeds, since neither's pixels are independent.
 
 use crate::bidirectional::{foggy, rough_room, with};
-use crate::continuing::{go, kept};
+use crate::continuing::{go, kept, parts_join, refused};
 use crate::furnace::run;
 use crate::scenes::*;
 use crate::techniques::{room, room_in_motion};
 use steradian_math::{Point3, Vec3};
-use steradian_render::{Film, Goals, Part, Rendered, Share, Snapshot, join};
+use steradian_render::{Goals, Rendered, Snapshot};
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Bidirectional, Error, IntegratorKind, Ior, Light, LightSelection, Medium, Metropolis, PhotonMapping, Projection,
+    Bidirectional, IntegratorKind, Ior, Light, LightSelection, Medium, Metropolis, PhotonMapping, Projection,
     Roughness, Scattering, Scene, SettingsError, SphericalMapping, Volume, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
@@ -147,26 +147,12 @@ fn the_same_bits_however_a_render_is_cut_up() {
             kills += 1;
         };
         assert!(kills >= 3 && resumed.film == whole.film, "{kind:?}: {kills} kills");
-        for by_tiles in [true, false] {
-            let parts: Vec<Snapshot> = [2, 0, 1]
-                .map(|index| {
-                    let part = Part { index, count: 3 };
-                    let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
-                    kept(&go(&world, &Goals { share, ..Goals::default() }, 2, None, None).0)
-                })
-                .into();
-            let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
-            assert!(join(whole.film.bounds, &films, 100).unwrap() == whole.film, "{kind:?} {by_tiles}");
-        }
+        parts_join(&world, &whole, 100, &format!("{kind:?}"));
     }
 }
 
 #[test]
 fn what_cannot_work_is_refused() {
-    let refused = |s: Scene| match World::build(s) {
-        Err(Error::Settings(e)) => e,
-        other => panic!("{:?}", other.map(|_| ())),
-    };
     let room = rough_room(4, ColorMode::Rgb);
     let mut s = with(&room, MLT);
     s.camera.projection = Projection::Spherical { mapping: SphericalMapping::EqualArea };
