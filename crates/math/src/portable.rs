@@ -45,14 +45,15 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 /// Sine and cosine accurate to about 1e-11; exact at multiples of a quarter turn.
 #[inline]
 pub(crate) fn sin_cos_f64(x: f64) -> (f64, f64) {
-    let k = (x * FRAC_2_PI + ROUND) - ROUND;
+    let rounded = x * FRAC_2_PI + ROUND;
+    let k = rounded - ROUND;
     let r = x - k * FRAC_PI_2;
     let (s, c) = (sin_kernel(r), cos_kernel(r));
-    // Only the quadrant matters; infinities saturate here and are NaN already in `r`.
-    let quadrant = k as i64 & 3;
+    // Only the quadrant matters: the lowest bits of the rounded number. Infinities are NaN already in `r`.
+    let quadrant = rounded.to_bits() & 3;
     let (s, c) = if quadrant & 1 == 1 { (c, s) } else { (s, c) };
     let s = if quadrant & 2 == 2 { -s } else { s };
-    let c = if quadrant == 1 || quadrant == 2 { -c } else { c };
+    let c = if (quadrant + 1) & 2 == 2 { -c } else { c };
     (s, c)
 }
 

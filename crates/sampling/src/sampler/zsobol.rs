@@ -45,6 +45,10 @@ impl Memory {
 }
 
 impl ZSobolSampler {
+    pub(super) fn randomization(&self) -> Randomization {
+        self.randomization
+    }
+
     pub(super) fn new(settings: &SamplerSettings) -> Self {
         // Rounded up: with a smaller power of two, samples of neighbouring pixels would be the same ones.
         let log2_spp = settings.spp.clamp(1, 1 << 24).next_power_of_two().trailing_zeros();
@@ -93,7 +97,7 @@ impl ZSobolSampler {
 
     /// The point's place in the sequence, which is its Morton index with the digits permuted, and a hash of the dimension.
     #[inline]
-    fn place(&mut self) -> (u64, u64) {
+    pub(super) fn place(&mut self) -> (u64, u64) {
         let d = self.dimension as usize;
         let key = || hash_combine(self.round_seed, u64::from(self.dimension));
         let hash = || hash_combine(!self.round_seed, u64::from(self.dimension));
@@ -174,6 +178,11 @@ impl SampleSource for ZSobolSampler {
             self.memory.filled = 0;
         }
         self.dimension = dimension;
+    }
+
+    #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
     }
 
     #[inline]

@@ -53,6 +53,18 @@ impl LightContext {
         }
     }
 
+    /// Any point.
+    #[inline]
+    pub(in crate::world) fn of_reference(reference: Reference) -> Self {
+        Self { reference, beside_lobes: false }
+    }
+
+    /// Its position.
+    #[inline]
+    pub(in crate::world) fn position(&self) -> Point3 {
+        self.reference.p
+    }
+
     /// The same point for a caller that finds lights by its lobe as well, and weights both: directions in which lobes do as well are
     /// then left to them. Densities of light sampling are null there.
     #[inline]
@@ -183,7 +195,7 @@ impl World {
     }
 
     #[inline(always)]
-    fn sample_picked(
+    pub(in crate::world) fn sample_picked(
         &self,
         context: &LightContext,
         light: u32,

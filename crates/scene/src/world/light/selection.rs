@@ -92,7 +92,7 @@ impl Lights {
 
 /// A light that was picked.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pick {
+pub(in crate::world) struct Pick {
     pub light: u32,
     /// Of this choice.
     pub probability: f32,
@@ -111,7 +111,7 @@ impl Pick {
 impl World {
     /// Picks a light.
     #[inline]
-    pub(super) fn pick_light(&self, context: &LightContext, u: f32) -> Option<Pick> {
+    pub(in crate::world) fn pick_light(&self, context: &LightContext, u: f32) -> Option<Pick> {
         let lights = &self.lights;
         match &lights.selection {
             Selection::None => None,
