@@ -15,7 +15,7 @@ pub fn power_heuristic(count: f32, pdf: f32, other_count: f32, other_pdf: f32) -
 }
 
 /// Power heuristic (exponent 2) for one sample of each strategy, the common case.
-#[inline]
+#[inline(always)]
 pub fn power_weight(pdf: f32, other_pdf: f32) -> f32 {
     ratio(pdf, other_pdf, |x| x * x)
 }

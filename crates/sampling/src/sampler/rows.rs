@@ -1,5 +1,6 @@
 //! Numbers for many samples side by side: the same ones that each sample alone would have got.
 
+use super::zsobol::LowDigits;
 use super::{PaddedSobolSampler, Randomization, SampleSource, Sampler, ZSobolSampler, pixel_hash};
 use crate::rng::{mix_bits, unit_f32};
 use crate::sequence::{laine_karras, pascal};
@@ -43,12 +44,18 @@ impl Sampler {
     /// If there are more samples than [`ROW`], or not [`Sampler::has_rows`].
     pub fn rows(&mut self, level: Level, samples: &[SamplePlace], offsets: &[u32], out: &mut [[Row; 2]]) {
         assert!(samples.len() <= ROW, "{} samples in a row", samples.len());
+        let mut raw = Raw::default();
+        let mut words = Row::default();
+        let varying = match self {
+            Self::PaddedSobol(s) => s.keys(samples, &mut words),
+            Self::ZSobol(s) => s.mortons(samples, &mut words),
+            other => panic!("{other:?} has no rows"),
+        };
         for (&offset, out) in offsets.iter().zip(out) {
-            let mut raw = Raw::default();
             match self {
-                Self::PaddedSobol(s) => s.raw(level, samples, offset, &mut raw),
-                Self::ZSobol(s) => s.raw(samples, offset, &mut raw),
-                other => panic!("{other:?} has no rows"),
+                Self::PaddedSobol(s) => s.raw(level, samples, offset, &words, &mut raw),
+                Self::ZSobol(s) => s.raw(level, samples, offset, (&words, varying), &mut raw),
+                _ => {}
             }
             dispatch!(level, _simd => scramble(samples.len(), &raw, out));
         }
@@ -64,35 +71,92 @@ fn scramble(n: usize, raw: &Raw, out: &mut [Row; 2]) {
 }
 
 impl PaddedSobolSampler {
-    fn raw(&self, level: Level, samples: &[SamplePlace], offset: u32, raw: &mut Raw) {
-        let (mut hash, mut index) = (Row::<u64>::default(), Row::<u32>::default());
+    fn keys(&self, samples: &[SamplePlace], keys: &mut Row<u64>) -> Option<u64> {
         for (i, s) in samples.iter().enumerate() {
-            let dimension = s.dimension.wrapping_add(offset);
-            hash.0[i] = pixel_hash(s.pixel, self.seed())
-                .wrapping_add(u64::from(dimension).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            index.0[i] = s.sample.reverse_bits();
+            keys.0[i] = pixel_hash(s.pixel, self.seed());
         }
-        dispatch!(level, _simd => shuffle(samples.len(), &hash, &index, raw));
+        None
+    }
+
+    fn raw(&self, level: Level, samples: &[SamplePlace], offset: u32, keys: &Row<u64>, raw: &mut Raw) {
+        for (i, s) in samples.iter().enumerate() {
+            raw.x.0[i] = s.sample.reverse_bits();
+            raw.y.0[i] = s.dimension.wrapping_add(offset);
+        }
+        dispatch!(level, _simd => shuffle(samples.len(), keys, raw));
     }
 }
 
 #[inline(always)]
-fn shuffle(n: usize, hash: &Row<u64>, reversed_index: &Row<u32>, raw: &mut Raw) {
+fn shuffle(n: usize, keys: &Row<u64>, raw: &mut Raw) {
     for i in 0..row_end(n) {
-        let hash = mix_bits(hash.0[i]);
-        let index = laine_karras(reversed_index.0[i], (hash ^ (hash >> 32)) as u32).reverse_bits();
+        let hash = mix_bits(keys.0[i].wrapping_add(u64::from(raw.y.0[i]).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        let index = laine_karras(raw.x.0[i], (hash ^ (hash >> 32)) as u32).reverse_bits();
         (raw.x.0[i], raw.y.0[i]) = (index, index);
         (raw.seed_x.0[i], raw.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
     }
 }
 
 impl ZSobolSampler {
-    fn raw(&mut self, samples: &[SamplePlace], offset: u32, raw: &mut Raw) {
+    /// The Morton indices, and which of their bits vary, if all samples are of one round and stand at one dimension.
+    fn mortons(&self, samples: &[SamplePlace], mortons: &mut Row<u64>) -> Option<u64> {
+        let first = samples.first()?;
+        let (morton, round) = self.place_on_curve(first.pixel, first.sample);
+        let (mut varying, mut alike) = (0, true);
         for (i, s) in samples.iter().enumerate() {
-            self.start(s.pixel, s.sample, s.dimension.wrapping_add(offset));
-            let (index, hash) = self.place();
-            (raw.x.0[i], raw.y.0[i]) = (index as u32, index as u32 ^ (index >> 32) as u32);
-            (raw.seed_x.0[i], raw.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
+            let (m, r) = self.place_on_curve(s.pixel, s.sample);
+            mortons.0[i] = m;
+            varying |= m ^ morton;
+            alike &= r == round && s.dimension == first.dimension;
+        }
+        alike.then_some(varying)
+    }
+
+    fn raw(
+        &mut self,
+        level: Level,
+        samples: &[SamplePlace],
+        offset: u32,
+        (mortons, varying): (&Row<u64>, Option<u64>),
+        raw: &mut Raw,
+    ) {
+        let Some(first) = samples.first() else { return };
+        self.start(first.pixel, first.sample, first.dimension.wrapping_add(offset));
+        let Some(varying) = varying else {
+            for (i, s) in samples.iter().enumerate() {
+                self.start(s.pixel, s.sample, s.dimension.wrapping_add(offset));
+                let (index, hash) = self.place();
+                raw.set(i, index, hash);
+            }
+            return;
+        };
+        // The high digits are those of the first sample; the low ones are shuffled side by side.
+        let (index, hash) = self.place();
+        let digits = self.low_digits(varying, index);
+        dispatch!(level, _simd => digits.shuffle_rows(samples.len(), mortons, hash, raw));
+    }
+}
+
+impl Raw {
+    #[inline(always)]
+    fn set(&mut self, i: usize, index: u64, hash: u64) {
+        (self.x.0[i], self.y.0[i]) = (index as u32, index as u32 ^ (index >> 32) as u32);
+        (self.seed_x.0[i], self.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
+    }
+}
+
+impl LowDigits {
+    #[inline(always)]
+    fn shuffle_rows(&self, n: usize, mortons: &Row<u64>, hash: u64, raw: &mut Raw) {
+        let mut index = Row([self.kept; ROW]);
+        for digit in self.from..self.to {
+            for i in 0..row_end(n) {
+                index.0[i] |= self.shuffled(digit, mortons.0[i]);
+            }
+        }
+        for i in 0..row_end(n) {
+            let last = if self.from == 1 { self.last_bit(mortons.0[i]) } else { 0 };
+            raw.set(i, index.0[i] | last, hash);
         }
     }
 }

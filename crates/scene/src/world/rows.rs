@@ -3,7 +3,7 @@
 //! Plain is what most of most scenes is made of: triangles of one matte colour that do not shine, and triangles that do, seen from some
 //! way off. Everything else is left to the functions for one path.
 
-use super::light::{EmitterShape, LightContext, LightSample};
+use super::light::{EmitterShape, LightContext, LightSample, PickRows};
 use super::surface::{Hit, HitShape};
 use super::World;
 use crate::{Handle, Scattering, SpectrumTexture, Texture};
@@ -49,6 +49,7 @@ pub struct LightRows {
     u: [Row; 2],
     probability: Row,
     two_sided: Row<u32>,
+    picks: PickRows,
     far: Vec<(usize, LightSample)>,
     /// Whether there is any light.
     pub lit: Row<u32>,
@@ -209,9 +210,11 @@ impl World {
         rows: &mut LightRows,
     ) {
         rows.far.clear();
+        let together = self.pick_lights(&points.p, &points.frame[2], &u2[0], contexts.len(), &mut rows.picks);
         for (i, context) in contexts.iter().enumerate() {
             rows.lit.0[i] = 0;
-            let Some(pick) = self.pick_light(context, u2[0].0[i]) else { continue };
+            let pick = if together { rows.picks.pick(i) } else { self.pick_light(context, u2[0].0[i]) };
+            let Some(pick) = pick else { continue };
             let x = pick.u + u.0[i] * (0.5 * f32::EPSILON) / pick.probability;
             let u = [x.min(ONE_MINUS_EPSILON), u2[1].0[i]];
             let w = wavelengths(i);

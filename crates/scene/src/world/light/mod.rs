@@ -25,6 +25,7 @@ pub use emitter::{Emitter, EmitterShape};
 pub(crate) use goniometric::mean_intensity;
 pub use lamp_points::LightPoint;
 pub(crate) use projection::projected_luminance;
+pub(in crate::world) use tree::PickRows;
 
 use super::texture::{MeshPoint, TextureContext, rgb_lanes};
 use super::{Surface, World};
