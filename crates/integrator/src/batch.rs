@@ -7,7 +7,7 @@
 use crate::camera_sample;
 use crate::path::{Path, Walk};
 use crate::record::{self, RayKind, Record};
-use fearless_simd::dispatch;
+use fearless_simd::{Level, dispatch};
 use steradian_math::{INV_PI, Point2, ROW, Ray, Row, Rows3, offset_ray_origin, row_end};
 use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
@@ -32,6 +32,7 @@ struct Lane {
 pub struct Batch {
     path: Path,
     plain: PlainSurfaces,
+    level: Level,
     lanes: Vec<Lane>,
     alive: Vec<u32>,
     rows: Box<Rows>,
@@ -72,10 +73,16 @@ impl Batch {
         fits.then(|| Self {
             path,
             plain: world.plain_surfaces(),
+            level: world.level(),
             lanes: Vec::new(),
             alive: Vec::new(),
             rows: Box::default(),
         })
+    }
+
+    /// Uses another instruction set; the paths are the same, bit for bit.
+    pub fn set_level(&mut self, level: Level) {
+        self.level = level;
     }
 
     /// Forgets all paths.
@@ -134,13 +141,7 @@ impl Batch {
     }
 
     /// One bounce of at most [`ROW`] paths; the survivors come to the front, in their order.
-    fn bounce<R: Record>(
-        &mut self,
-        world: &World,
-        paths: &mut [u32],
-        sampler: &mut Sampler,
-        record: &mut R,
-    ) -> usize {
+    fn bounce<R: Record>(&mut self, world: &World, paths: &mut [u32], sampler: &mut Sampler, record: &mut R) -> usize {
         let mut alive = 0u64;
         let rows = &mut *self.rows;
         rows.lanes.clear();
@@ -168,7 +169,7 @@ impl Batch {
             }
         }
         if !rows.lanes.is_empty() {
-            alive |= rows.scatter(world, paths, &mut self.lanes, sampler, record);
+            alive |= rows.scatter((world, self.level), paths, &mut self.lanes, sampler, record);
         }
         let mut kept = 0;
         for k in 0..paths.len() {
@@ -197,13 +198,13 @@ impl Rows {
     /// Makes the bounce of all paths in the rows; the bits of the result name the survivors.
     fn scatter<R: Record>(
         &mut self,
-        world: &World,
+        (world, level): (&World, Level),
         paths: &[u32],
         lanes: &mut [Lane],
         sampler: &mut Sampler,
         record: &mut R,
     ) -> u64 {
-        let (n, level) = (self.lanes.len(), world.level());
+        let n = self.lanes.len();
         let of = |k: u32| paths[k as usize] as usize;
         self.points.work_out(level, n);
         self.places.clear();
@@ -213,7 +214,8 @@ impl Rows {
         self.contexts.extend((0..n).map(|i| self.points.light_context(i)));
         let [u_light, u_point, ..] = &self.numbers;
         let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
-        world.sample_lights(&self.contexts, &self.points, &u_light[0], u_point, wavelengths, &mut self.lights);
+        let points = (self.contexts.as_slice(), &self.points);
+        world.sample_lights(level, points, &u_light[0], u_point, wavelengths, &mut self.lights);
         dispatch!(level, _simd => self.connect(n));
         for i in 0..n {
             if self.lit.0[i] == 0 {

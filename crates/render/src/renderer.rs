@@ -418,8 +418,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
             let next = AtomicUsize::new(0);
             let work = || {
                 let mut sampler = Sampler::new(&self.sampler.world.settings().sampler);
-                let mut ahead =
-                    if self.layers.is_empty() { Ahead::new::<C>(self.sampler, &sampler) } else { None };
+                let mut ahead = if self.layers.is_empty() { Ahead::new::<C>(self.sampler, &sampler) } else { None };
                 let mut scratch = Scratch::default();
                 scratch.photons = photons.as_ref().map(|sent| sent.map.clone());
                 loop {
@@ -539,9 +538,10 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         ahead.iter_mut().for_each(Ahead::begin);
         tile.extend(end, |pixel, range, stack| {
             let mut next = range.start;
-            let made = asked.next().zip(ahead.as_mut()).and_then(|(i, ahead)| {
-                ahead.pixel(self.sampler, sampler, (&pixels, i), &range, &mut counts)
-            });
+            let made = asked
+                .next()
+                .zip(ahead.as_mut())
+                .and_then(|(i, ahead)| ahead.pixel(self.sampler, sampler, (&pixels, i), &range, &mut counts));
             for &rgb in made.into_iter().flatten() {
                 if rgb.iter().all(|v| v.is_finite()) {
                     stack.push(PixelSum::of(rgb));

@@ -134,7 +134,8 @@ impl ZSobolSampler {
     #[inline(always)]
     fn shuffled(&self, to: u32, index: u64, key: u64) -> u64 {
         let digits = self.digits_below(to, index, key);
-        let index = (digits.from..digits.to).rev().fold(digits.kept, |index, i| index | digits.shuffled(i, self.morton));
+        let index =
+            (digits.from..digits.to).rev().fold(digits.kept, |index, i| index | digits.shuffled(i, self.morton));
         // An odd power of two leaves one binary digit at the end.
         if digits.from == 1 { index | digits.last_bit(self.morton) } else { index }
     }

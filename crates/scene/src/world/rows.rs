@@ -5,7 +5,7 @@
 
 use super::light::{EmitterShape, LightContext, LightSample, PickRows};
 use super::surface::{Hit, HitShape};
-use super::World;
+use super::{TextureContext, World};
 use crate::{Handle, Scattering, SpectrumTexture, Texture};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{PreparedTriangle, Reference, Triangle};
@@ -15,7 +15,14 @@ use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
 /// For each primitive of the world that is plain, its albedo.
 #[derive(Clone, Debug, Default)]
-pub struct PlainSurfaces(Vec<Option<Handle<SpectrumTexture>>>);
+pub struct PlainSurfaces(Vec<Option<Plain>>);
+
+#[derive(Clone, Copy, Debug)]
+struct Plain {
+    albedo: Handle<SpectrumTexture>,
+    /// Its reading in RGB mode.
+    rgb: Lanes,
+}
 
 /// Points on plain surfaces: what they are made of, and what follows from it.
 #[derive(Clone, Debug, Default)]
@@ -132,7 +139,8 @@ fn illuminate(rows: &mut LightRows, from: &Rows3, n: usize) {
         let d = p - from.point(i);
         let pdf = PreparedTriangle::density(rows.inv_area.0[i], n, d);
         let wi = d * (1.0 / d.length());
-        let lit = (pdf > 0.0) & (pdf < f32::INFINITY) & ((rows.two_sided.0[i] != 0) | !(n.dot(-wi) <= 0.0));
+        let behind = n.dot(-wi) <= 0.0;
+        let lit = (pdf > 0.0) & (pdf < f32::INFINITY) & ((rows.two_sided.0[i] != 0) | !behind);
         rows.lit.0[i] &= u32::from(lit);
         rows.wi.set(i, wi);
         rows.end.set(i, offset_ray_origin(p, rows.p_error.vec(i), n, -wi));
@@ -156,8 +164,9 @@ impl World {
             let Scattering::Diffuse { reflectance } = self.scene.materials[record.material].scattering else {
                 return None;
             };
-            let even = matches!(self.scene.spectrum_textures[reflectance].kind, Texture::Constant(_));
-            (dark && even && record.is_mesh && record.isotropic).then_some(reflectance)
+            let Texture::Constant(s) = &self.scene.spectrum_textures[reflectance].kind else { return None };
+            let plain = Plain { albedo: reflectance, rgb: s.eval(&Wavelengths::rgb()).clamp(0.0, 1.0) };
+            (dark && record.is_mesh && record.isotropic).then_some(plain)
         };
         PlainSurfaces(self.groups[0].primitives.iter().map(albedo).collect())
     }
@@ -170,10 +179,12 @@ impl World {
             return None;
         }
         let primitive = self.groups[0].primitive_of_triangle[id as usize];
-        let Texture::Constant(s) = &self.scene.spectrum_textures[(*plain.0.get(primitive as usize)?)?].kind else {
-            return None;
+        let plain = plain.0.get(primitive as usize)?.as_ref()?;
+        let albedo = if w.is_rgb() {
+            plain.rgb
+        } else {
+            self.spectrum_texture(plain.albedo, &TextureContext::default(), w).clamp(0.0, 1.0)
         };
-        let albedo = s.eval(w).clamp(0.0, 1.0);
         (!albedo.is_black()).then_some(albedo)
     }
 
@@ -199,18 +210,18 @@ impl World {
         rows.d.set(i, d);
     }
 
-    /// Samples light for the points `contexts`, which are the first ones of `points`: as [`World::sample_light`].
+    /// Samples light for `contexts`, which are the first places of the points: as [`World::sample_light`].
     pub fn sample_lights<'a>(
         &self,
-        contexts: &[LightContext],
-        points: &PointRows,
+        level: Level,
+        (contexts, points): (&[LightContext], &PointRows),
         u: &Row,
         u2: &[Row; 2],
         wavelengths: impl Fn(usize) -> &'a Wavelengths,
         rows: &mut LightRows,
     ) {
         rows.far.clear();
-        let together = self.pick_lights(&points.p, &points.frame[2], &u2[0], contexts.len(), &mut rows.picks);
+        let together = self.pick_lights(level, (&points.p, &points.frame[2]), &u2[0], contexts.len(), &mut rows.picks);
         for (i, context) in contexts.iter().enumerate() {
             rows.lit.0[i] = 0;
             let pick = if together { rows.picks.pick(i) } else { self.pick_light(context, u2[0].0[i]) };
@@ -227,7 +238,7 @@ impl World {
             rows.probability.0[i] = pick.probability;
         }
         let n = contexts.len();
-        dispatch!(self.level(), _simd => illuminate(rows, &points.p, n));
+        dispatch!(level, _simd => illuminate(rows, &points.p, n));
         for k in 0..rows.far.len() {
             let (i, s) = rows.far[k];
             rows.lit.0[i] = 1;
@@ -242,14 +253,7 @@ impl World {
 
     /// Puts a triangle that shines evenly and is far away into a place; `false` if the light is anything else.
     #[inline]
-    fn place_lamp(
-        &self,
-        context: &LightContext,
-        light: u32,
-        w: &Wavelengths,
-        rows: &mut LightRows,
-        i: usize,
-    ) -> bool {
+    fn place_lamp(&self, context: &LightContext, light: u32, w: &Wavelengths, rows: &mut LightRows, i: usize) -> bool {
         let Some(emitter) = self.lights.emitters.get(light as usize) else { return false };
         let (EmitterShape::Triangle(..), Some(triangle)) = (emitter.shape, &emitter.prepared) else { return false };
         let emission = &self.area_lights[emitter.emission as usize];

@@ -6,7 +6,7 @@ use super::tree::{LightTree, PickRows};
 use super::{LightContext, Lights};
 use crate::LightSelection;
 use crate::world::World;
-use steradian_bvh::fearless_simd::dispatch;
+use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_math::{Bounds3, Row, Rows3, row_end};
 use steradian_sampling::AliasTable;
 
@@ -145,10 +145,17 @@ impl World {
     }
 
     /// Picks lights for the first `n` points of a row, beside lobes. `false` if they have to be picked one by one.
-    pub(in crate::world) fn pick_lights(&self, p: &Rows3, ns: &Rows3, u: &Row, n: usize, out: &mut PickRows) -> bool {
+    pub(in crate::world) fn pick_lights(
+        &self,
+        level: Level,
+        (p, ns): (&Rows3, &Rows3),
+        u: &Row,
+        n: usize,
+        out: &mut PickRows,
+    ) -> bool {
         let Selection::Tree { tree, placeless } = &self.lights.selection else { return false };
         let (Some(node), true) = (tree.one_node(), placeless[1].ids.is_empty()) else { return false };
-        dispatch!(self.level(), _simd => node.sample_rows(p, ns, u, row_end(n), out));
+        dispatch!(level, _simd => node.sample_rows(p, ns, u, row_end(n), out));
         true
     }
 

@@ -347,7 +347,7 @@ impl OneNode<'_> {
                 left = if reached & !found { left - v } else { left };
             }
             out.light.0[i] = light;
-            out.some.0[i] = u32::from(!(total <= 0.0));
+            out.none.0[i] = u32::from(total <= 0.0);
             out.probability.0[i] = importance / total;
             out.u.0[i] = (left / importance).clamp(0.0, ONE_MINUS_EPSILON);
         }
@@ -358,8 +358,8 @@ impl OneNode<'_> {
 #[derive(Clone, Debug, Default)]
 pub struct PickRows {
     importances: [Row; WIDTH],
-    /// Whether any light was picked.
-    some: Row<u32>,
+    /// Whether no light reaches the point.
+    none: Row<u32>,
     light: Row<u32>,
     probability: Row,
     u: Row,
@@ -370,7 +370,7 @@ impl PickRows {
     #[inline]
     pub fn pick(&self, i: usize) -> Option<Pick> {
         let pick = Pick { light: self.light.0[i], probability: self.probability.0[i], u: self.u.0[i] };
-        (self.some.0[i] != 0).then_some(pick)
+        (self.none.0[i] == 0).then_some(pick)
     }
 }
 
