@@ -208,6 +208,22 @@ impl Texels {
         }
     }
 
+    /// The linear values of the first three channels at column `x`, row `y`; all in range.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline]
+    pub fn texel3(&self, x: usize, y: usize) -> [f32; 3] {
+        let first = (y * self.width + x) * self.channels;
+        match &self.storage {
+            Storage::F32(s) => {
+                let s = &s[first..first + 3];
+                [s[0], s[1], s[2]]
+            }
+            _ => std::array::from_fn(|c| self.value(first, c)),
+        }
+    }
+
     #[inline]
     fn decoded(&self, code: u8, c: usize) -> f32 {
         if self.alpha_channel() == Some(c) { f32::from(code) / 255.0 } else { self.table[usize::from(code)] }

@@ -12,7 +12,7 @@ use steradian_math::{INV_PI, Point2, ROW, Ray, Row, Rows3, offset_ray_origin, ro
 use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
 use steradian_sampling::warp::square_to_cosine_hemisphere;
-use steradian_scene::{Hit, LightContext, LightRows, PlainSurfaces, PointRows, Techniques, World};
+use steradian_scene::{CameraRay, Hit, LightContext, LightRows, PlainSurfaces, PointRows, Techniques, World};
 use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
 /// Dimensions that a bounce takes: light (1 + 2), lobe (1 + 2), roulette (1).
@@ -90,17 +90,34 @@ impl Batch {
         self.lanes.clear();
     }
 
-    /// Adds the path through a film position of sample `sample` of `pixel`, at which the sampler stands.
+    /// Adds paths through film positions, one for each of at most [`ROW`] samples, which stand where their camera rays are chosen.
     pub fn push(
         &mut self,
         world: &World,
-        film: Point2,
-        wavelengths: Wavelengths,
-        (pixel, sample, sampler): ([u32; 2], u32, &mut Sampler),
+        film: &[Row; 2],
+        wavelengths: &[Wavelengths],
+        places: &[SamplePlace],
+        sampler: &mut Sampler,
     ) {
-        let camera_ray = world.camera_ray(&camera_sample(world, film, None, sampler));
-        let place = SamplePlace { pixel, sample, dimension: sampler.dimension() };
-        self.lanes.push(Lane { walk: Walk::new(&camera_ray), weight: camera_ray.weight, wavelengths, place });
+        let lanes = &mut self.lanes;
+        let mut add = |i: usize, ray: CameraRay, place| {
+            lanes.push(Lane { walk: Walk::new(&ray), weight: ray.weight, wavelengths: wavelengths[i], place });
+        };
+        let directions = &mut self.rows.wi;
+        if world.camera_rays(self.level, film, places.len(), directions, |i, ray| add(i, ray, places[i])) {
+            return;
+        }
+        for (i, &place) in places.iter().enumerate() {
+            sampler.start(place.pixel, place.sample, place.dimension);
+            let film = Point2::new(film[0].0[i], film[1].0[i]);
+            let ray = world.camera_ray(&camera_sample(world, film, None, sampler));
+            add(i, ray, SamplePlace { dimension: sampler.dimension(), ..place });
+        }
+    }
+
+    /// The instruction set in use.
+    pub fn level(&self) -> Level {
+        self.level
     }
 
     /// How many paths there are.
@@ -271,7 +288,9 @@ impl Rows {
             let p_light = self.lights.pdf.0[i];
             let weight = power_weight(p_light, p_lobe);
             let weight = if self.lights.is_delta.0[i] != 0 { 1.0 } else { weight };
-            let lit = (self.lights.lit.0[i] != 0) & !value.is_black();
+            let [a, b, c, d] = value.0;
+            let black = (a == 0.0) & (b == 0.0) & (c == 0.0) & (d == 0.0);
+            let lit = (self.lights.lit.0[i] != 0) & !black;
             self.lit.0[i] = u32::from(lit);
             self.direct.set(i, value * (weight / p_light));
             let o = offset_ray_origin(self.points.p.point(i), self.points.p_error.vec(i), self.points.n.normal(i), wi);

@@ -194,7 +194,7 @@ impl Transform {
     }
 
     /// Applies to a vector.
-    #[inline]
+    #[inline(always)]
     pub fn vector(&self, v: Vec3) -> Vec3 {
         let m = &self.m;
         Vec3::new(

@@ -2,8 +2,9 @@
 
 use crate::splats::{BRIGHTEST, Landed, land};
 use steradian_integrator::{Batch, Domain, Integrator, Numbers, Scratch, StratifiedNumbers, record::Record};
-use steradian_math::{Point2, Vec2};
+use steradian_math::{Point2, ROW, Row, Vec2};
 use steradian_sampling::Sampler;
+use steradian_sampling::sampler::SamplePlace;
 use steradian_scene::World;
 use steradian_spectrum::{ColorMode, Lanes, Matrix3, Wavelengths};
 
@@ -89,16 +90,16 @@ impl<'w> PixelSampler<'w> {
             let (radiance, wavelengths) = (Lanes::splat(value), Wavelengths::rgb());
             return Sampled { rgb: [value; 3], radiance, wavelengths, film, weight: 1.0, kept: 1.0 };
         }
-        let (film, weight, mut wavelengths) = self.open(numbers, pixel, index, position);
+        let (film, weight, mut wavelengths) = self.open(|| numbers.one(Domain::Other), pixel, index, position);
         let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record, scratch);
         self.close((film, weight), radiance, wavelengths)
     }
 
-    /// Film position, filter weight and wavelengths of a sample at a position in its pixel.
+    /// Film position, filter weight and wavelengths of a sample at a position in its pixel; `number` is for the wavelengths.
     #[inline]
-    fn open<N: Numbers>(
+    fn open(
         &self,
-        numbers: &mut N,
+        number: impl FnOnce() -> f32,
         pixel: [u32; 2],
         index: u32,
         position: [f32; 2],
@@ -115,7 +116,7 @@ impl<'w> PixelSampler<'w> {
             (_, Some(shared)) => shared,
             (ColorMode::Rgb, _) => Wavelengths::rgb(),
             (ColorMode::Spectral, _) if settings.disable_wavelength_jitter => settings.wavelengths(0.5),
-            (ColorMode::Spectral, _) => settings.wavelengths(numbers.one(Domain::Other)),
+            (ColorMode::Spectral, _) => settings.wavelengths(number()),
         };
         (film, weight, wavelengths)
     }
@@ -154,15 +155,30 @@ impl<'w> PixelSampler<'w> {
         out: &mut Vec<[f32; 3]>,
     ) {
         batch.clear();
-        let mut opened = Vec::with_capacity(pixels.len() * range.len());
-        for &pixel in pixels {
-            for index in range.clone() {
-                sampler.start(pixel, index, 0);
-                let position = self.integrator.pixel_position(index, sampler.two(Domain::Pixel));
-                let (film, weight, wavelengths) = self.open(sampler, pixel, index, position);
-                batch.push(self.world, film, wavelengths, (pixel, index, sampler));
-                opened.push((film, weight));
+        let settings = self.world.settings();
+        let samples: Vec<_> = pixels.iter().flat_map(|&pixel| range.clone().map(move |i| (pixel, i))).collect();
+        let mut opened = Vec::with_capacity(samples.len());
+        let mut wavelengths = Vec::with_capacity(ROW);
+        let mut places = Vec::with_capacity(ROW);
+        let mut numbers = [[Row::default(); 2]; 2];
+        let mut film = [Row::default(); 2];
+        let asks = self.color == ColorMode::Spectral && !settings.disable_wavelength_jitter;
+        for samples in samples.chunks(ROW) {
+            let at = |dimension| move |&(pixel, sample)| SamplePlace { pixel, sample, dimension };
+            places.clear();
+            places.extend(samples.iter().map(at(0)));
+            // The position in the pixel, and what comes after it.
+            sampler.rows(batch.level(), &places, &[0, 2], &mut numbers[..1 + usize::from(asks)]);
+            wavelengths.clear();
+            for (i, &(pixel, index)) in samples.iter().enumerate() {
+                let position = self.integrator.pixel_position(index, numbers[0].each_ref().map(|row| row.0[i]));
+                let (at, weight, w) = self.open(|| numbers[1][0].0[i], pixel, index, position);
+                (film[0].0[i], film[1].0[i]) = (at.x, at.y);
+                opened.push((at, weight));
+                wavelengths.push(w);
             }
+            places.iter_mut().for_each(|place| place.dimension = 2 + u32::from(asks));
+            batch.push(self.world, &film, &wavelengths, &places, sampler);
         }
         batch.run(self.world, sampler, record);
         for (i, opened) in opened.into_iter().enumerate() {

@@ -22,13 +22,12 @@ pub fn power_weight(pdf: f32, other_pdf: f32) -> f32 {
 
 #[inline(always)]
 fn ratio(a: f32, b: f32, f: impl Fn(f32) -> f32) -> f32 {
-    if a.is_infinite() {
-        // Two infinite densities share the weight, so that the weights still sum to one.
-        return if b.is_infinite() { 0.5 } else { 1.0 };
-    }
     // 1 / (1 + (b/a)^n) cannot overflow to inf/inf as a^n / (a^n + b^n) does.
     let share = 1.0 / (1.0 + f(b / a));
-    if a > 0.0 { share } else { 0.0 }
+    // Two infinite densities share the weight, so that the weights still sum to one.
+    let infinite = if b.is_infinite() { 0.5 } else { 1.0 };
+    let share = if a > 0.0 { share } else { 0.0 };
+    if a.is_infinite() { infinite } else { share }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A piecewise constant density on an interval, sampled by inverting its distribution function.
 
-use super::{find_interval, is_density};
+use super::{fill_guide, find_guided, guide_len, is_density};
 use steradian_math::{ONE_MINUS_EPSILON, lerp};
 
 /// A point of the interval, its density, and the piece it lies in.
@@ -30,6 +30,7 @@ pub struct DiscreteSample {
 pub struct Piecewise1D {
     values: Vec<f32>,
     cdf: Vec<f32>,
+    guide: Vec<u32>,
     integral: f32,
     min: f32,
     max: f32,
@@ -43,7 +44,9 @@ impl Piecewise1D {
         }
         let mut cdf = vec![0.0; values.len() + 1];
         let mean = fill_cdf(values, &mut cdf);
-        Some(Self { values: values.to_vec(), cdf, integral: (mean * f64::from(max - min)) as f32, min, max })
+        let mut guide = vec![0; guide_len(values.len())];
+        fill_guide(&cdf, &mut guide);
+        Some(Self { values: values.to_vec(), cdf, guide, integral: (mean * f64::from(max - min)) as f32, min, max })
     }
 
     /// Number of pieces.
@@ -67,7 +70,7 @@ impl Piecewise1D {
     /// Point with density proportional to the values.
     #[inline]
     pub fn sample(&self, u: f32) -> ContinuousSample {
-        let index = find_interval(&self.cdf, u);
+        let index = find_guided(&self.cdf, &self.guide, u);
         let (low, high) = (self.cdf[index], self.cdf[index + 1]);
         let inside = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
         let t = (index as f32 + inside) / self.len() as f32;
@@ -77,7 +80,7 @@ impl Piecewise1D {
     /// Index with probability proportional to the values.
     #[inline]
     pub fn sample_discrete(&self, u: f32) -> DiscreteSample {
-        let index = find_interval(&self.cdf, u);
+        let index = find_guided(&self.cdf, &self.guide, u);
         let (low, high) = (self.cdf[index], self.cdf[index + 1]);
         let remapped = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
         DiscreteSample { index, probability: self.probability(index), remapped }

@@ -1,7 +1,7 @@
 //! A piecewise constant density on the unit square: rows are chosen by the marginal, then a point by the row's own density.
 
 use super::piecewise_1d::fill_cdf;
-use super::{Piecewise1D, find_interval, is_density};
+use super::{Piecewise1D, fill_guide, find_guided, guide_len, is_density};
 use steradian_math::{ONE_MINUS_EPSILON, lerp};
 
 /// Density proportional to `values[y * nx + x]` on the cells of a grid over the unit square; uniform if all are zero.
@@ -12,6 +12,8 @@ pub struct Piecewise2D {
     values: Vec<f32>,
     /// `ny` rows of `nx + 1` entries.
     row_cdfs: Vec<f32>,
+    /// And as many guides.
+    row_guides: Vec<u32>,
     marginal: Piecewise1D,
     nx: usize,
     ny: usize,
@@ -30,9 +32,13 @@ impl Piecewise2D {
             .zip(row_cdfs.chunks_exact_mut(nx + 1))
             .map(|(row, cdf)| fill_cdf(row, cdf) as f32)
             .collect();
+        let mut row_guides = vec![0; guide_len(nx) * ny];
+        for (cdf, guide) in row_cdfs.chunks_exact(nx + 1).zip(row_guides.chunks_exact_mut(guide_len(nx))) {
+            fill_guide(cdf, guide);
+        }
         let marginal = Piecewise1D::new(&rows, 0.0, 1.0)?;
         let mean = marginal.integral();
-        Some(Self { values, row_cdfs, marginal, nx, ny, mean })
+        Some(Self { values, row_cdfs, row_guides, marginal, nx, ny, mean })
     }
 
     /// Integral of the unnormalised values over the square, which is their mean.
@@ -52,7 +58,8 @@ impl Piecewise2D {
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let row = self.marginal.sample(u[1]);
         let cdf = self.row_cdf(row.index);
-        let column = find_interval(cdf, u[0]);
+        let n = guide_len(self.nx);
+        let column = find_guided(cdf, &self.row_guides[row.index * n..(row.index + 1) * n], u[0]);
         let (low, high) = (cdf[column], cdf[column + 1]);
         let inside = if high > low { ((u[0] - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
         let x = ((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON);

@@ -2,9 +2,10 @@
 
 use super::lens::Lens;
 use crate::{Camera, Handle, Medium, Projection, SphericalMapping};
+use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_math::{
-    AnimatedTransform, Normal3, PI, Point2, Point3, Ray, RayDifferential, TAU, Transform, Vec3, lerp, radians, sin_cos,
-    tan,
+    AnimatedTransform, Normal3, PI, Point2, Point3, ROW, Ray, RayDifferential, Row, Rows3, TAU, Transform, Vec3, lerp,
+    radians, row_end, sin_cos, tan,
 };
 use steradian_sampling::warp::{square_to_octahedral, square_to_uniform_disk_concentric, wrap_octahedral};
 
@@ -108,7 +109,7 @@ impl CameraModel {
         self.world_from_camera.at(self.shutter[0]).vector(Vec3::new(0.0, 0.0, 1.0)).normalize()
     }
 
-    #[inline]
+    #[inline(always)]
     fn on_plane(&self, film: Point2) -> (f32, f32) {
         (
             lerp(film.x / self.resolution[0], self.window[0], self.window[1]),
@@ -190,6 +191,27 @@ impl CameraModel {
         let (o, d, weight) = self.camera_ray(sample.film, sample.lens);
         let t = self.world_from_camera.at(time);
         (Ray::new(t.point(o), t.vector(d).normalize(), time), weight)
+    }
+
+    /// Directions of the rays through the first `n` film positions, where all start at one point at one time, which are returned: those of
+    /// [`CameraModel::weighted_ray`] for a lens that is a point.
+    pub(super) fn pinhole_rays(&self, level: Level, film: &[Row; 2], n: usize, d: &mut Rows3) -> Option<(Point3, f32)> {
+        let fits = matches!(self.projection, Projection::Perspective { .. }) && !self.has_lens() && !self.is_animated();
+        if !fits {
+            return None;
+        }
+        let time = lerp(0.5, self.shutter[0], self.shutter[1]);
+        let t = self.world_from_camera.at(time);
+        dispatch!(level, _simd => self.pinhole_directions(&t, film, row_end(n), d));
+        Some((t.point(Point3::default()), time))
+    }
+
+    #[inline(always)]
+    fn pinhole_directions(&self, t: &Transform, film: &[Row; 2], end: usize, d: &mut Rows3) {
+        for i in 0..end.min(ROW) {
+            let (x, y) = self.on_plane(Point2::new(film[0].0[i], film[1].0[i]));
+            d.set(i, t.vector(Vec3::new(x, y, 1.0).normalize()).normalize());
+        }
     }
 
     #[inline]

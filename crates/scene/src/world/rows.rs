@@ -5,11 +5,11 @@
 
 use super::light::{EmitterShape, LightContext, LightSample, PickRows};
 use super::surface::{Hit, HitShape};
-use super::{TextureContext, World};
+use super::{CameraRay, CameraSample, TextureContext, World};
 use crate::{Handle, Scattering, SpectrumTexture, Texture};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{PreparedTriangle, Reference, Triangle};
-use steradian_math::{Frame, ONE_MINUS_EPSILON, Row, Rows3, Vec3, offset_ray_origin, row_end};
+use steradian_math::{Frame, ONE_MINUS_EPSILON, Point2, Ray, Row, Rows3, Vec3, offset_ray_origin, row_end};
 use steradian_sampling::warp::square_to_uniform_triangle;
 use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
@@ -152,6 +152,26 @@ impl World {
     /// The instruction set that queries use.
     pub fn level(&self) -> Level {
         self.groups[0].accel.level()
+    }
+
+    /// As [`World::camera_ray`] for the first `n` film positions, if nothing moves and the lens is a point; `d` is for their directions.
+    pub fn camera_rays(
+        &self,
+        level: Level,
+        film: &[Row; 2],
+        n: usize,
+        d: &mut Rows3,
+        mut each: impl FnMut(usize, CameraRay),
+    ) -> bool {
+        let still = (!self.has_motion).then(|| self.camera.pinhole_rays(level, film, n, d));
+        let Some((o, time)) = still.flatten() else { return false };
+        for i in 0..n {
+            let ray = Ray::new(o, d.vec(i), time);
+            let sample = CameraSample { film: Point2::new(film[0].0[i], film[1].0[i]), lens: [0.5, 0.5], time: 0.5 };
+            let differential = self.uses_footprints.then(|| self.camera.differential(&sample, &ray));
+            each(i, CameraRay { ray, differential, weight: 1.0 });
+        }
+        true
     }
 
     /// Which surfaces are plain.

@@ -19,6 +19,7 @@ pub(super) struct Environment {
     scale: f32,
     mapping: EnvironmentMapping,
     world_from_light: Transform,
+    light_from_world: Transform,
     distribution: Option<Piecewise2D>,
     /// The same less its mean: where lobes find the rest.
     beside_lobes: Option<Piecewise2D>,
@@ -26,7 +27,7 @@ pub(super) struct Environment {
 
 /// The colour of a texel; grey where there is one colour channel only.
 pub(super) fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
-    if texels.channels() < 3 { [texels.texel(x, y, 0); 3] } else { std::array::from_fn(|c| texels.texel(x, y, c)) }
+    if texels.channels() < 3 { [texels.texel(x, y, 0); 3] } else { texels.texel3(x, y) }
 }
 
 /// A picture at `(u, v)` of the unit square, v down, between texels in proportion, outside as the picture is wrapped.
@@ -90,20 +91,24 @@ impl Environment {
         let distribution = Piecewise2D::new(values, w, h);
         // A map without features has no peaks.
         let beside_lobes = Piecewise2D::new(peaks, w, h).or_else(|| distribution.clone());
-        Self { image, scale, mapping, world_from_light, distribution, beside_lobes }
+        let light_from_world = world_from_light.inverse();
+        Self { image, scale, mapping, world_from_light, light_from_world, distribution, beside_lobes }
     }
 
-    fn square_of(&self, d: Vec3) -> [f32; 2] {
-        let w = self.world_from_light.inverse().vector(d).normalize();
+    fn local(&self, d: Vec3) -> Vec3 {
+        self.light_from_world.vector(d).normalize()
+    }
+
+    fn square_of(&self, local: Vec3) -> [f32; 2] {
         match self.mapping {
-            EnvironmentMapping::EqualArea => octahedral_to_square(w),
-            EnvironmentMapping::LatLong => lat_long_to_square(w),
+            EnvironmentMapping::EqualArea => octahedral_to_square(local),
+            EnvironmentMapping::LatLong => lat_long_to_square(local),
         }
     }
 
     /// The colour seen in direction `d` (world space), before `scale`.
     fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
-        let [u, v] = self.square_of(d);
+        let [u, v] = self.square_of(self.local(d));
         let (w, h) = (texels.width(), texels.height());
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         match self.mapping {
@@ -137,9 +142,8 @@ impl Environment {
     /// The density per solid angle of `sample_direction`.
     fn pdf_direction(&self, distribution: Option<&Piecewise2D>, d: Vec3) -> f32 {
         let Some(distribution) = distribution else { return 0.0 };
-        let square = self.square_of(d);
-        let local = self.world_from_light.inverse().vector(d).normalize();
-        let pdf = distribution.pdf(square) * self.square_to_sphere_density(local);
+        let local = self.local(d);
+        let pdf = distribution.pdf(self.square_of(local)) * self.square_to_sphere_density(local);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 

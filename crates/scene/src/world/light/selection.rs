@@ -154,8 +154,13 @@ impl World {
         out: &mut PickRows,
     ) -> bool {
         let Selection::Tree { tree, placeless } = &self.lights.selection else { return false };
-        let (Some(node), true) = (tree.one_node(), placeless[1].ids.is_empty()) else { return false };
-        dispatch!(level, _simd => node.sample_rows(p, ns, u, row_end(n), out));
+        if !placeless[1].ids.is_empty() || tree.is_empty() {
+            return false;
+        }
+        match tree.one_node() {
+            Some(node) => dispatch!(level, _simd => node.sample_rows(p, ns, u, row_end(n), out)),
+            None => dispatch!(level, _simd => tree.sample_each(p, ns, u, n, out)),
+        }
         true
     }
 

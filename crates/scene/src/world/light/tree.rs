@@ -53,33 +53,39 @@ impl Node {
     #[inline]
     fn importances(&self, p: Point3, n: Normal3) -> Eight {
         let mut out = [0.0; WIDTH];
-        out[..HALF].copy_from_slice(&self.four(0, p, n).0);
+        out[..HALF].copy_from_slice(&self.some::<HALF>(0, p, n).0);
         if self.count > HALF as u32 {
-            out[HALF..].copy_from_slice(&self.four(HALF, p, n).0);
+            out[HALF..].copy_from_slice(&self.some::<HALF>(HALF, p, n).0);
         }
         out
     }
 
-    /// The importances of four children, from `first` on.
+    /// The same, for instruction sets with vectors of eight.
     #[inline(always)]
-    fn four(&self, first: usize, p: Point3, n: Normal3) -> Many<HALF> {
-        let of = |v: &Eight| Many(std::array::from_fn(|i| v[first + i]));
-        let n = (n != Normal3::default()).then(|| [n.x, n.y, n.z].map(Many::of));
-        self.children(of).importance([p.x, p.y, p.z].map(Many::of), n)
+    fn importances_at_once(&self, p: Point3, n: Normal3) -> Eight {
+        self.some::<WIDTH>(0, p, n).0
     }
 
-    /// The children that `of` takes out of their rows.
+    /// The importances of some children, from `first` on.
     #[inline(always)]
-    fn children<const N: usize>(&self, of: impl Fn(&Eight) -> Many<N>) -> Children<N> {
+    fn some<const N: usize>(&self, first: usize, p: Point3, n: Normal3) -> Many<N> {
+        let n = if n == Normal3::default() { None } else { Some(Many::three(n.to_vec())) };
+        self.children(first).importance(Many::three(p.to_vec()), n)
+    }
+
+    /// Some children, from `first` on.
+    #[inline(always)]
+    fn children<const N: usize>(&self, first: usize) -> Children<N> {
+        let (c, a) = (&self.centre, &self.axis);
         Children {
-            centre: self.centre.each_ref().map(&of),
-            radius2: of(&self.radius2),
-            axis: self.axis.each_ref().map(&of),
-            cos: of(&self.cos),
-            sin: of(&self.sin),
-            least: of(&self.least),
-            mirror: of(&self.mirror),
-            power: of(&self.power),
+            centre: [Many::part(&c[0], first), Many::part(&c[1], first), Many::part(&c[2], first)],
+            radius2: Many::part(&self.radius2, first),
+            axis: [Many::part(&a[0], first), Many::part(&a[1], first), Many::part(&a[2], first)],
+            cos: Many::part(&self.cos, first),
+            sin: Many::part(&self.sin, first),
+            least: Many::part(&self.least, first),
+            mirror: Many::part(&self.mirror, first),
+            power: Many::part(&self.power, first),
         }
     }
 }
@@ -101,7 +107,7 @@ impl<const N: usize> Children<N> {
     #[inline(always)]
     fn importance(&self, p: [Many<N>; 3], n: Option<[Many<N>; 3]>) -> Many<N> {
         let (zero, one) = (Many::of(0.0), Many::of(1.0));
-        let [x, y, z] = [0, 1, 2].map(|axis| p[axis] - self.centre[axis]);
+        let [x, y, z] = [p[0] - self.centre[0], p[1] - self.centre[1], p[2] - self.centre[2]];
         let d2 = x * x + y * y + z * z;
         let inverse = one / d2.max(Many::of(1e-30)).sqrt();
         // Inside the sphere around the bounds, light may come from anywhere.
@@ -139,19 +145,45 @@ impl<const N: usize> Many<N> {
     }
 
     #[inline(always)]
+    fn part(v: &Eight, first: usize) -> Self {
+        let mut out = Self([0.0; N]);
+        for i in 0..N {
+            out.0[i] = v[first + i];
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn three(v: Vec3) -> [Self; 3] {
+        [Self::of(v.x), Self::of(v.y), Self::of(v.z)]
+    }
+
+    #[inline(always)]
     fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i])))
+        let mut out = self;
+        for i in 0..N {
+            out.0[i] = f(self.0[i]);
+        }
+        out
     }
 
     #[inline(always)]
     fn with(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+        let mut out = self;
+        for i in 0..N {
+            out.0[i] = f(self.0[i], o.0[i]);
+        }
+        out
     }
 
     /// The larger ones; one instruction, unlike `f32::max`.
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        self.with(o, |a, b| if a > b { a } else { b })
+        self.with(
+            o,
+            #[inline(always)]
+            |a, b| if a > b { a } else { b },
+        )
     }
 
     #[inline(always)]
@@ -167,7 +199,11 @@ impl<const N: usize> Many<N> {
     /// `yes` where this is greater than `limit`, else `no`.
     #[inline(always)]
     fn where_above(self, limit: Self, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|i| if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] }))
+        let mut out = no;
+        for i in 0..N {
+            out.0[i] = if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] };
+        }
+        out
     }
 }
 
@@ -177,7 +213,11 @@ macro_rules! lane_by_lane {
             type Output = Self;
             #[inline(always)]
             fn $method(self, o: Self) -> Self {
-                self.with(o, |a, b| a $symbol b)
+                self.with(
+                    o,
+                    #[inline(always)]
+                    |a, b| a $symbol b,
+                )
             }
         }
     )*};
@@ -187,7 +227,7 @@ lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 /// The sum in a fixed order that vectors can follow.
 #[inline(always)]
 fn sum(v: &Eight) -> f32 {
-    let half: [f32; 4] = std::array::from_fn(|i| v[i] + v[i + 4]);
+    let half = [v[0] + v[4], v[1] + v[5], v[2] + v[6], v[3] + v[7]];
     (half[0] + half[2]) + (half[1] + half[3])
 }
 
@@ -253,11 +293,28 @@ impl LightTree {
 
     /// Picks a light for a point by one random number.
     #[inline]
-    pub fn sample(&self, p: Point3, n: Normal3, mut u: f32) -> Option<Pick> {
+    pub fn sample(&self, p: Point3, n: Normal3, u: f32) -> Option<Pick> {
+        self.sample_by::<false>(p, n, u)
+    }
+
+    /// [`LightTree::sample`] for the first `count` points of a row.
+    #[inline(always)]
+    pub fn sample_each(&self, p: &Rows3, n: &Rows3, u: &Row, count: usize, out: &mut PickRows) {
+        for i in 0..count.min(ROW) {
+            let pick = self.sample_by::<true>(p.point(i), n.normal(i), u.0[i]);
+            out.none.0[i] = u32::from(pick.is_none());
+            if let Some(pick) = pick {
+                (out.light.0[i], out.probability.0[i], out.u.0[i]) = (pick.light, pick.probability, pick.u);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn sample_by<const AT_ONCE: bool>(&self, p: Point3, n: Normal3, mut u: f32) -> Option<Pick> {
         let mut node = self.nodes.first()?;
         let mut probability = 1.0;
         loop {
-            let importances = node.importances(p, n);
+            let importances = if AT_ONCE { node.importances_at_once(p, n) } else { node.importances(p, n) };
             let total = sum(&importances);
             if total <= 0.0 {
                 return None;
@@ -324,17 +381,20 @@ impl OneNode<'_> {
     pub fn sample_rows(&self, p: &Rows3, n: &Rows3, u: &Row, end: usize, out: &mut PickRows) {
         let count = (self.0.count as usize).min(WIDTH);
         for c in 0..count {
-            let child = self.0.children(|v| Many::<1>([v[c]]));
+            let child = self.0.children::<1>(c);
             for i in 0..end.min(ROW) {
-                let of = |v: Vec3| [v.x, v.y, v.z].map(Many::of);
-                out.importances[c].0[i] = child.importance(of(p.vec(i)), Some(of(n.vec(i)))).0[0];
+                let (p, n) = (Many::three(p.vec(i)), Many::three(n.vec(i)));
+                out.importances[c].0[i] = child.importance(p, Some(n)).0[0];
             }
         }
         for c in count..WIDTH {
             out.importances[c] = Row::default();
         }
         for i in 0..end.min(ROW) {
-            let importances: Eight = std::array::from_fn(|c| out.importances[c].0[i]);
+            let mut importances = [0.0; WIDTH];
+            for c in 0..WIDTH {
+                importances[c] = out.importances[c].0[i];
+            }
             let total = sum(&importances);
             let mut left = u.0[i] * total;
             let (mut light, mut importance, mut found) = (0, 0.0, false);
