@@ -3,6 +3,7 @@
 use crate::direction::{mirror, reflect, same_hemisphere};
 use crate::fresnel::fresnel_conductor_lanes;
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
+use crate::microfacet::TrowbridgeReitz;
 use crate::microfacets::Microfacets;
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
@@ -33,6 +34,50 @@ impl Conductor {
         }
         let wm = (wo + wi).try_normalize()?;
         Some(if wm.z < 0.0 { -wm } else { wm })
+    }
+}
+
+/// A rough metal for loops over many paths: the numbers of [`Conductor`] with the usual microfacets, without branches.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughConductor {
+    /// The microfacets, which are not smooth.
+    pub distribution: TrowbridgeReitz,
+    /// Real part of the index.
+    pub eta: Lanes,
+    /// Imaginary part of the index.
+    pub k: Lanes,
+}
+
+impl RoughConductor {
+    /// As [`Lobe::eval_and_pdf`].
+    #[inline(always)]
+    pub fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Lanes, f32) {
+        let d = &self.distribution;
+        let sum = wo + wi;
+        let l = sum.length();
+        let wm = sum / l;
+        let sign = if wm.z < 0.0 { -1.0 } else { 1.0 };
+        let wm = Vec3::new(wm.x * sign, wm.y * sign, wm.z * sign);
+        let there = same_hemisphere(wo, wi) & (l > 0.0) & (l < f32::INFINITY);
+        let common = d.normals(wm) / (4.0 * wo.z.abs());
+        let fresnel = fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k);
+        let f = fresnel * (common * d.masking_shadowing(wo, wi));
+        let pdf = common * d.masking(wo);
+        let only = |v: f32| if there { v } else { 0.0 };
+        (Lanes([only(f.0[0]), only(f.0[1]), only(f.0[2]), only(f.0[3])]), only(pdf))
+    }
+
+    /// As [`Lobe::sample`]: direction, weight, density, and whether there is any.
+    #[inline(always)]
+    pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> (Vec3, Lanes, f32, bool) {
+        let d = &self.distribution;
+        let wm = d.sample_visible_normal(wo, u);
+        let wi = reflect(wo, wm);
+        let masking = d.masking(wo);
+        let pdf = masking * d.normals(wm) / (4.0 * wo.z.abs());
+        let fresnel = fresnel_conductor_lanes(wo.abs_dot(wm), self.eta, self.k);
+        let weight = fresnel * (d.masking_shadowing(wo, wi) / masking);
+        (wi, weight, pdf, (wo.z != 0.0) & same_hemisphere(wo, wi))
     }
 }
 

@@ -22,14 +22,17 @@ pub fn fresnel_dielectric(cos_i: f32, mut eta: f32) -> f32 {
 }
 
 /// Reflectance of a conductor with complex index `eta + i k` relative to the outside; `cos_i` is clamped to `[0, 1]`.
-#[inline]
+#[inline(always)]
 pub fn fresnel_conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let cos_i = cos_i.clamp(0.0, 1.0);
     let cos2 = cos_i * cos_i;
     let sin2 = 1.0 - cos2;
     let difference = eta * eta - k * k - sin2;
     // NaN stays NaN.
-    let root = |x: f32| if x <= 0.0 { 0.0 } else { x.sqrt() };
+    let root = |x: f32| {
+        let root = x.sqrt();
+        if x <= 0.0 { 0.0 } else { root }
+    };
     // With cos_t' = a + i b (scaled by the index): a^2 + b^2 and a.
     let a2_plus_b2 = root(difference * difference + 4.0 * eta * eta * k * k);
     let a = root(0.5 * (a2_plus_b2 + difference));
@@ -39,14 +42,19 @@ pub fn fresnel_conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let sum = cos2 * a2_plus_b2 + sin2 * sin2;
     let cross = cross * sin2;
     // Grazing light on an index of one makes this 0/0 in the limit only; the sums are positive for every real metal.
-    let parallel = perpendicular * if sum + cross > 0.0 { (sum - cross) / (sum + cross) } else { 1.0 };
+    let ratio = (sum - cross) / (sum + cross);
+    let parallel = perpendicular * if sum + cross > 0.0 { ratio } else { 1.0 };
     0.5 * (perpendicular + parallel)
 }
 
 /// [`fresnel_conductor`] lane by lane.
-#[inline]
+#[inline(always)]
 pub fn fresnel_conductor_lanes(cos_i: f32, eta: Lanes, k: Lanes) -> Lanes {
-    eta.zip(k, |eta, k| fresnel_conductor(cos_i, eta, k))
+    eta.zip(
+        k,
+        #[inline(always)]
+        |eta, k| fresnel_conductor(cos_i, eta, k),
+    )
 }
 
 /// The `k` for which a conductor with `eta = 1` reflects `reflectance` at normal incidence: `2 sqrt(r / (1 - r))`.

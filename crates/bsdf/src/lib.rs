@@ -42,7 +42,7 @@ mod thin_dielectric;
 pub use altered::{Altered, SimpleInterface};
 pub use beckmann::Beckmann;
 pub use bsdf::Bsdf;
-pub use conductor::Conductor;
+pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;

@@ -49,31 +49,29 @@ impl TrowbridgeReitz {
     }
 
     /// Area density of microfacets with normal `wm` per area of surface; `wm` may point to either side.
-    #[inline]
+    #[inline(always)]
     pub fn normals(&self, wm: Vec3) -> f32 {
         let e = sqr(wm.x / self.alpha_x) + sqr(wm.y / self.alpha_y) + sqr(wm.z);
         INV_PI / (self.alpha_x * self.alpha_y * e * e)
     }
 
     /// Ratio of invisible to visible area seen from `w` (Smith's auxiliary function).
-    #[inline]
+    #[inline(always)]
     pub fn lambda(&self, w: Vec3) -> f32 {
-        if w.z == 0.0 {
-            return f32::INFINITY;
-        }
         let a2_tan2 = (sqr(self.alpha_x * w.x) + sqr(self.alpha_y * w.y)) / sqr(w.z);
         // (sqrt(1 + t) - 1) / 2 without cancellation
-        0.5 * a2_tan2 / ((1.0 + a2_tan2).sqrt() + 1.0)
+        let lambda = 0.5 * a2_tan2 / ((1.0 + a2_tan2).sqrt() + 1.0);
+        if w.z == 0.0 { f32::INFINITY } else { lambda }
     }
 
     /// Fraction of the microfacets seen from `w` that are not masked.
-    #[inline]
+    #[inline(always)]
     pub fn masking(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(w))
     }
 
     /// Fraction visible from both directions, height-correlated.
-    #[inline]
+    #[inline(always)]
     pub fn masking_shadowing(&self, wo: Vec3, wi: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
@@ -88,7 +86,7 @@ impl TrowbridgeReitz {
     }
 
     /// A normal in the upper hemisphere, visible from `w` (or from `-w` if that is the one above).
-    #[inline]
+    #[inline(always)]
     pub fn sample_visible_normal(&self, w: Vec3, u: [f32; 2]) -> Vec3 {
         let side = if w.z < 0.0 { -1.0 } else { 1.0 };
         // Stretched so that the surface is a unit hemisphere of mirrors.

@@ -8,11 +8,14 @@ use crate::camera_sample;
 use crate::path::{Path, Walk};
 use crate::record::{self, RayKind, Record};
 use fearless_simd::{Level, dispatch};
+use steradian_bsdf::{RoughConductor, TrowbridgeReitz};
 use steradian_math::{INV_PI, Point2, ROW, Ray, Row, Rows3, offset_ray_origin, row_end};
 use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
 use steradian_sampling::warp::square_to_cosine_hemisphere;
-use steradian_scene::{CameraRay, Hit, LightContext, LightRows, PlainSurfaces, PointRows, Techniques, World};
+use steradian_scene::{
+    CameraRay, Hit, LightContext, LightRows, PlainLobe, PlainSurfaces, PointRows, Techniques, World,
+};
 use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
 /// Dimensions that a bounce takes: light (1 + 2), lobe (1 + 2), roulette (1).
@@ -35,7 +38,8 @@ pub struct Batch {
     level: Level,
     lanes: Vec<Lane>,
     alive: Vec<u32>,
-    rows: Box<Rows>,
+    /// Of paths that meet matte surfaces, and metals.
+    rows: [Box<Rows>; 2],
 }
 
 /// What stands side by side.
@@ -49,7 +53,10 @@ struct Rows {
     numbers: [[Row; 2]; 4],
     points: PointRows,
     lights: LightRows,
+    /// Albedo of matte surfaces, real part of the index of metals.
     albedo: LaneRows,
+    k: LaneRows,
+    alpha: Row,
     beta: LaneRows,
     eta_scale: Row,
     depth: Row<u32>,
@@ -72,11 +79,11 @@ impl Batch {
         let fits = sampler.has_rows() && !world.has_subsurface();
         fits.then(|| Self {
             path,
-            plain: world.plain_surfaces(),
+            plain: world.plain_surfaces(path.regularize),
             level: world.level(),
             lanes: Vec::new(),
             alive: Vec::new(),
-            rows: Box::default(),
+            rows: Default::default(),
         })
     }
 
@@ -103,7 +110,7 @@ impl Batch {
         let mut add = |i: usize, ray: CameraRay, place| {
             lanes.push(Lane { walk: Walk::new(&ray), weight: ray.weight, wavelengths: wavelengths[i], place });
         };
-        let directions = &mut self.rows.wi;
+        let directions = &mut self.rows[0].wi;
         if world.camera_rays(self.level, film, places.len(), directions, |i, ray| add(i, ray, places[i])) {
             return;
         }
@@ -160,8 +167,7 @@ impl Batch {
     /// One bounce of at most [`ROW`] paths; the survivors come to the front, in their order.
     fn bounce<R: Record>(&mut self, world: &World, paths: &mut [u32], sampler: &mut Sampler, record: &mut R) -> usize {
         let mut alive = 0u64;
-        let rows = &mut *self.rows;
-        rows.lanes.clear();
+        self.rows.iter_mut().for_each(|rows| rows.lanes.clear());
         for (k, &lane) in paths.iter().enumerate() {
             let Lane { walk, wavelengths, place, .. } = &mut self.lanes[lane as usize];
             let Some(hit) = record::intersect(world, &walk.ray, record) else {
@@ -169,11 +175,22 @@ impl Batch {
                 record.path(walk.depth);
                 continue;
             };
-            if let Some(albedo) = world.plain_albedo(&self.plain, &hit, wavelengths) {
+            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, wavelengths) {
                 if walk.depth == self.path.max_depth {
                     record.path(walk.depth);
-                } else {
-                    rows.place(world, &hit, k, walk, albedo);
+                    continue;
+                }
+                match lobe {
+                    PlainLobe::Diffuse(lobe) => {
+                        let i = self.rows[0].place(world, &hit, k, walk);
+                        self.rows[0].albedo.set(i, lobe.reflectance);
+                    }
+                    PlainLobe::Metal(lobe) => {
+                        let i = self.rows[1].place(world, &hit, k, walk);
+                        self.rows[1].albedo.set(i, lobe.eta);
+                        self.rows[1].k.set(i, lobe.k);
+                        self.rows[1].alpha.0[i] = lobe.distribution.alpha()[0];
+                    }
                 }
                 continue;
             }
@@ -185,8 +202,12 @@ impl Batch {
                 record.path(walk.depth);
             }
         }
-        if !rows.lanes.is_empty() {
-            alive |= rows.scatter((world, self.level), paths, &mut self.lanes, sampler, record);
+        let [matte, metal] = &mut self.rows;
+        if !matte.lanes.is_empty() {
+            alive |= matte.scatter::<_, false>((world, self.level), paths, &mut self.lanes, sampler, record);
+        }
+        if !metal.lanes.is_empty() {
+            alive |= metal.scatter::<_, true>((world, self.level), paths, &mut self.lanes, sampler, record);
         }
         let mut kept = 0;
         for k in 0..paths.len() {
@@ -202,18 +223,25 @@ impl Batch {
 impl Rows {
     /// Puts a path that has met a plain surface into the next place. `k` is its number in the bounce.
     #[inline]
-    fn place(&mut self, world: &World, hit: &Hit, k: usize, walk: &Walk, albedo: Lanes) {
+    fn place(&mut self, world: &World, hit: &Hit, k: usize, walk: &Walk) -> usize {
         let i = self.lanes.len();
         self.lanes.push(k as u32);
         world.place_hit(hit, walk.ray.d, &mut self.points, i);
-        self.albedo.set(i, albedo);
         self.beta.set(i, walk.beta);
         self.eta_scale.0[i] = walk.eta_scale;
         self.depth.0[i] = walk.depth + 1;
+        i
+    }
+
+    /// The metal at a place.
+    #[inline(always)]
+    fn metal(&self, i: usize) -> RoughConductor {
+        let distribution = TrowbridgeReitz::new(self.alpha.0[i], self.alpha.0[i]);
+        RoughConductor { distribution, eta: self.albedo.get(i), k: self.k.get(i) }
     }
 
     /// Makes the bounce of all paths in the rows; the bits of the result name the survivors.
-    fn scatter<R: Record>(
+    fn scatter<R: Record, const METAL: bool>(
         &mut self,
         (world, level): (&World, Level),
         paths: &[u32],
@@ -233,7 +261,7 @@ impl Rows {
         let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
         let points = (self.contexts.as_slice(), &self.points);
         world.sample_lights(level, points, &u_light[0], u_point, wavelengths, &mut self.lights);
-        dispatch!(level, _simd => self.connect(n));
+        dispatch!(level, _simd => self.connect::<METAL>(n));
         for i in 0..n {
             if self.lit.0[i] == 0 {
                 continue;
@@ -250,7 +278,7 @@ impl Rows {
                 walk.radiance += self.direct.get(i);
             }
         }
-        dispatch!(level, _simd => self.reflect(n));
+        dispatch!(level, _simd => self.reflect::<METAL>(n));
         let mut alive = 0;
         for i in 0..n {
             let Lane { walk, place, .. } = &mut lanes[of(self.lanes[i])];
@@ -274,16 +302,19 @@ impl Rows {
         alive
     }
 
-    /// The light of the sampled lights by way of a diffuse lobe, weighted against finding it by the lobe.
+    /// The light of the sampled lights by way of the lobes, weighted against finding it by the lobe.
     #[inline(always)]
-    fn connect(&mut self, n: usize) {
+    fn connect<const METAL: bool>(&mut self, n: usize) {
         for i in 0..row_end(n) {
             let (wi, wo) = (self.lights.wi.vec(i), self.points.wo.vec(i));
             let local = self.points.frame(i).to_local(wi);
-            let same_side = wo.z * local.z > 0.0;
-            let cos = local.z.abs() * INV_PI;
-            let p_lobe = if same_side { cos } else { 0.0 };
-            let f = self.albedo.get(i) * p_lobe;
+            let (f, p_lobe) = if METAL {
+                self.metal(i).eval_and_pdf(wo, local)
+            } else {
+                let cos = local.z.abs() * INV_PI;
+                let p_lobe = if wo.z * local.z > 0.0 { cos } else { 0.0 };
+                (self.albedo.get(i) * p_lobe, p_lobe)
+            };
             let value = self.beta.get(i) * f * self.lights.radiance.get(i);
             let p_light = self.lights.pdf.0[i];
             let weight = power_weight(p_light, p_lobe);
@@ -299,18 +330,23 @@ impl Rows {
         }
     }
 
-    /// A direction of the diffuse lobe, and roulette.
+    /// Directions of the lobes, and roulette.
     #[inline(always)]
-    fn reflect(&mut self, n: usize) {
+    fn reflect<const METAL: bool>(&mut self, n: usize) {
         for i in 0..row_end(n) {
             let [.., direction, roulette] = &self.numbers;
-            let mut wi = square_to_cosine_hemisphere([direction[0].0[i], direction[1].0[i]]);
-            let pdf = wi.z * INV_PI;
+            let u = [direction[0].0[i], direction[1].0[i]];
             let wo = self.points.wo.vec(i);
-            wi.z = wi.z.copysign(wo.z);
-            let scattered = (pdf > 0.0) & (wo.z != 0.0);
+            let (wi, weight, pdf, scattered) = if METAL {
+                self.metal(i).sample(wo, u)
+            } else {
+                let mut wi = square_to_cosine_hemisphere(u);
+                let pdf = wi.z * INV_PI;
+                wi.z = wi.z.copysign(wo.z);
+                (wi, self.albedo.get(i), pdf, (pdf > 0.0) & (wo.z != 0.0))
+            };
             let world = self.points.frame(i).from_local(wi);
-            let beta = self.beta.get(i) * self.albedo.get(i);
+            let beta = self.beta.get(i) * weight;
             let left = (beta * self.eta_scale.0[i]).max_component() / Techniques::ROULETTE;
             let survival = if self.depth.0[i] > 1 { left.min(1.0) } else { 1.0 };
             let ends = (survival < 1.0) & (roulette[0].0[i] >= survival);

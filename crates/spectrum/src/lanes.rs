@@ -43,14 +43,14 @@ impl Lanes {
     }
 
     /// Applies `f` to each lane.
-    #[inline]
+    #[inline(always)]
     pub fn map(self, mut f: impl FnMut(f32) -> f32) -> Lanes {
         let [a, b, c, d] = self.0;
         Lanes([f(a), f(b), f(c), f(d)])
     }
 
     /// Applies `f` to each pair of lanes.
-    #[inline]
+    #[inline(always)]
     pub fn zip(self, other: Lanes, mut f: impl FnMut(f32, f32) -> f32) -> Lanes {
         let ([a, b, c, d], [p, q, r, s]) = (self.0, other.0);
         Lanes([f(a, p), f(b, q), f(c, r), f(d, s)])

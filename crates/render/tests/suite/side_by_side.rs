@@ -11,7 +11,7 @@ use steradian_math::{Normal3, Point3, Transform, Vec2, Vec3};
 use steradian_render::PixelSampler;
 use steradian_sampling::{Sampler, SamplerKind};
 use steradian_scene::{
-    Instance, Light, LightSelection, Object, Primitive, Roughness, Scattering, Scene, Shape, Texture, World,
+    Instance, Light, LightSelection, Metal, Object, Primitive, Roughness, Scattering, Scene, Shape, Texture, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 
@@ -102,6 +102,20 @@ fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> 
     }
     s.primitives.push(Primitive { world_from_object: Transform::translate(Vec3::new(0.0, -0.4, 0.2)), ..lamp });
     all.push(("instances", s));
+    for regularize in [false, true] {
+        let mut s = box_();
+        s.settings.integrator.regularize = regularize;
+        let color = spectrum(&mut s, Spectrum::rgb_albedo(ColorSpace::Srgb, [0.9, 0.7, 0.3]));
+        let named = |name| steradian_spectrum::named::spectrum(name).expect("a metal");
+        let (eta, k) = (spectrum(&mut s, named("metal-Cu-eta")), spectrum(&mut s, named("metal-Cu-k")));
+        for (i, alpha) in [(0, 0.3), (1, 0.0), (2, 0.02), (4, 0.8)] {
+            let rough = float(&mut s, alpha);
+            let metal = if i == 2 { Metal::Ior { eta, k } } else { Metal::Reflectance(color) };
+            let roughness = Roughness { u: rough, v: rough, remap: i == 0 };
+            s.primitives[i].material = material(&mut s, Scattering::Conductor { metal, roughness });
+        }
+        all.push((if regularize { "metals, regularised" } else { "metals" }, s));
+    }
     let mut s = box_();
     s.camera.lens_radius = 0.1;
     s.camera.focal_distance = 3.0;
@@ -166,7 +180,12 @@ fn depth_batch_size_and_number_of_samples_do_not_show() {
 
 #[test]
 fn instruction_sets_do_not_show() {
-    for level in [fearless_simd::Level::baseline(), fearless_simd::Level::new()] {
+    let best = fearless_simd::Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let between = best.as_avx2().map(fearless_simd::Level::Avx2);
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let between = None;
+    for level in [Some(fearless_simd::Level::baseline()), between, Some(best)].into_iter().flatten() {
         for (name, scene) in scenes(ColorMode::Spectral, SamplerKind::ZSobol) {
             check(name, scene, 16, 4, Some(level));
         }

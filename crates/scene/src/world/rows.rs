@@ -6,22 +6,32 @@
 use super::light::{EmitterShape, LightContext, LightSample, PickRows};
 use super::surface::{Hit, HitShape};
 use super::{CameraRay, CameraSample, TextureContext, World};
-use crate::{Handle, Scattering, SpectrumTexture, Texture};
+use crate::{Handle, Material, Metal, Scattering, SpectrumTexture, Texture};
+use steradian_bsdf::{Diffuse, RoughConductor};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{PreparedTriangle, Reference, Triangle};
 use steradian_math::{Frame, ONE_MINUS_EPSILON, Point2, Ray, Row, Rows3, Vec3, offset_ray_origin, row_end};
 use steradian_sampling::warp::square_to_uniform_triangle;
-use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
+use steradian_spectrum::{LaneRows, Wavelengths};
 
-/// For each primitive of the world that is plain, its albedo.
+/// For each primitive of the world that is plain, how it scatters.
 #[derive(Clone, Debug, Default)]
 pub struct PlainSurfaces(Vec<Option<Plain>>);
 
 #[derive(Clone, Copy, Debug)]
 struct Plain {
-    albedo: Handle<SpectrumTexture>,
-    /// Its reading in RGB mode.
-    rgb: Lanes,
+    material: Handle<Material>,
+    /// The reading in RGB mode.
+    rgb: PlainLobe,
+}
+
+/// How a plain surface scatters.
+#[derive(Clone, Copy, Debug)]
+pub enum PlainLobe {
+    /// Of one albedo, which is not black.
+    Diffuse(Diffuse),
+    /// A rough metal.
+    Metal(RoughConductor),
 }
 
 /// Points on plain surfaces: what they are made of, and what follows from it.
@@ -174,38 +184,62 @@ impl World {
         true
     }
 
-    /// Which surfaces are plain.
-    pub fn plain_surfaces(&self) -> PlainSurfaces {
+    /// Which surfaces are plain. Metals are not if they may yet be made rougher.
+    pub fn plain_surfaces(&self, regularize: bool) -> PlainSurfaces {
         if self.scene.settings.force_diffuse || self.uses_footprints {
             return PlainSurfaces::default();
         }
-        let albedo = |record: &super::group::PrimitiveRecord| {
+        let lobe = |record: &super::group::PrimitiveRecord| {
             let dark = record.first_light.is_none() && record.unsampled_emission.is_none();
-            let Scattering::Diffuse { reflectance } = self.scene.materials[record.material].scattering else {
+            if !(dark && record.is_mesh && record.isotropic) {
                 return None;
+            }
+            let (spectra, floats) = (&self.scene.spectrum_textures, &self.scene.float_textures);
+            let even = |t: Handle<SpectrumTexture>| matches!(spectra[t].kind, Texture::Constant(_));
+            let plain = match &self.scene.materials[record.material].scattering {
+                Scattering::Diffuse { reflectance } => even(*reflectance),
+                Scattering::Conductor { metal, roughness } if !regularize => {
+                    let even_metal = match metal {
+                        Metal::Ior { eta, k } => even(*eta) && even(*k),
+                        Metal::Reflectance(r) => even(*r),
+                    };
+                    even_metal && matches!(floats[roughness.u].0, Texture::Constant(_))
+                }
+                _ => false,
             };
-            let Texture::Constant(s) = &self.scene.spectrum_textures[reflectance].kind else { return None };
-            let plain = Plain { albedo: reflectance, rgb: s.eval(&Wavelengths::rgb()).clamp(0.0, 1.0) };
-            (dark && record.is_mesh && record.isotropic).then_some(plain)
+            let rgb = plain.then(|| self.lobe_of(record.material, &Wavelengths::rgb())).flatten()?;
+            Some(Plain { material: record.material, rgb })
         };
-        PlainSurfaces(self.groups[0].primitives.iter().map(albedo).collect())
+        PlainSurfaces(self.groups[0].primitives.iter().map(lobe).collect())
     }
 
-    /// The albedo at a hit, if that is plain and not black.
+    /// The lobe of a material that is the same everywhere; `None` for black and for mirrors.
+    fn lobe_of(&self, material: Handle<Material>, w: &Wavelengths) -> Option<PlainLobe> {
+        let anywhere = TextureContext::default();
+        match &self.scene.materials[material].scattering {
+            Scattering::Diffuse { reflectance } => {
+                let albedo = self.spectrum_texture(*reflectance, &anywhere, w).clamp(0.0, 1.0);
+                (!albedo.is_black()).then_some(PlainLobe::Diffuse(Diffuse::new(albedo)))
+            }
+            Scattering::Conductor { metal, roughness } => {
+                let distribution = self.microfacets(roughness, &anywhere);
+                let (eta, k) = self.metal(metal, &anywhere, w);
+                (!distribution.is_smooth()).then_some(PlainLobe::Metal(RoughConductor { distribution, eta, k }))
+            }
+            _ => None,
+        }
+    }
+
+    /// The lobe at a hit, if that is plain.
     #[inline]
-    pub fn plain_albedo(&self, plain: &PlainSurfaces, hit: &Hit, w: &Wavelengths) -> Option<Lanes> {
+    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, w: &Wavelengths) -> Option<PlainLobe> {
         let HitShape::Triangle { id, .. } = hit.shape else { return None };
         if hit.group != 0 {
             return None;
         }
         let primitive = self.groups[0].primitive_of_triangle[id as usize];
         let plain = plain.0.get(primitive as usize)?.as_ref()?;
-        let albedo = if w.is_rgb() {
-            plain.rgb
-        } else {
-            self.spectrum_texture(plain.albedo, &TextureContext::default(), w).clamp(0.0, 1.0)
-        };
-        (!albedo.is_black()).then_some(albedo)
+        if w.is_rgb() { Some(plain.rgb) } else { self.lobe_of(plain.material, w) }
     }
 
     /// Puts a hit of a plain surface by a ray of direction `d` into a place.

@@ -322,7 +322,7 @@ impl World {
         }
     }
 
-    fn metal(&self, metal: &Metal, c: &TextureContext, w: &Wavelengths) -> (Lanes, Lanes) {
+    pub(super) fn metal(&self, metal: &Metal, c: &TextureContext, w: &Wavelengths) -> (Lanes, Lanes) {
         match metal {
             Metal::Ior { eta, k } => (self.spectrum_texture(*eta, c, w), self.spectrum_texture(*k, c, w)),
             // A perfect mirror would need an infinite index.
@@ -330,7 +330,7 @@ impl World {
         }
     }
 
-    fn microfacets(&self, roughness: &Roughness, c: &TextureContext) -> TrowbridgeReitz {
+    pub(super) fn microfacets(&self, roughness: &Roughness, c: &TextureContext) -> TrowbridgeReitz {
         let u = self.float_texture(roughness.u, c);
         let v = if roughness.u == roughness.v { u } else { self.float_texture(roughness.v, c) };
         let alpha = |r: f32| if roughness.remap { TrowbridgeReitz::roughness_to_alpha(r) } else { r };
