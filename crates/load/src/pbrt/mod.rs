@@ -74,6 +74,8 @@ pub struct LoadOutcome {
     pub sources: SourceMap,
     /// All problems, in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
+    /// What of its format a file uses, by name and how often: extensions of glTF, plugins of Mitsuba.
+    pub uses: BTreeMap<String, u64>,
 }
 
 impl LoadOutcome {
@@ -444,7 +446,12 @@ impl<'a> Loader<'a> {
             self.diagnostics.truncate(MOST_DIAGNOSTICS);
             self.diagnostics.push(Diagnostic::note(format!("{rest} more problems are not shown"), None));
         }
-        LoadOutcome { scene: (!failed).then_some(self.scene), sources: self.sources, diagnostics: self.diagnostics }
+        LoadOutcome {
+            scene: (!failed).then_some(self.scene),
+            sources: self.sources,
+            diagnostics: self.diagnostics,
+            uses: BTreeMap::new(),
+        }
     }
 }
 
