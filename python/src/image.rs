@@ -28,6 +28,11 @@ impl Image {
         Self { image: picture.image, outcome: Some(picture.outcome), bad_samples: picture.bad_samples }
     }
 
+    /// The picture itself.
+    pub fn inner(&self) -> &steradian_image::Image {
+        &self.image
+    }
+
     /// A picture from elsewhere.
     pub fn unfinished(image: steradian_image::Image) -> Self {
         Self { image, outcome: None, bad_samples: 0 }

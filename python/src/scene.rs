@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use steradian::embed::{self, Held, Origin, Trouble, Watcher};
+use steradian::embed::{self, Held, Joined, Joining, Origin, Trouble, Watcher};
 use steradian_load::Memory;
 use steradian_render::{ENDLESS_SPP, Progress};
 use steradian_scene::Value;
@@ -230,12 +230,31 @@ impl Scene {
     }
 
     /// Renders the part that `--shard` among the words names; the bytes of a .part file.
-    /// Cut by samples instead of tiles if `by_samples`.
-    #[pyo3(signature = (words, by_samples=false))]
-    fn part<'py>(&self, py: Python<'py>, words: Vec<String>, by_samples: bool) -> PyResult<Bound<'py, PyBytes>> {
+    /// Cut by samples instead of tiles if `by_samples`; without what is seen besides light if `light_only`.
+    #[pyo3(signature = (words, by_samples=false, light_only=false))]
+    fn part<'py>(
+        &self,
+        py: Python<'py>,
+        words: Vec<String>,
+        by_samples: bool,
+        light_only: bool,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let held = &self.0;
-        let bytes = watched(py, |_, cancel| held.part(&words, by_samples, cancel), false, |_, _| Ok(()))?;
+        let how = (by_samples, light_only);
+        let bytes = watched(py, |_, cancel| held.part(&words, how, cancel), false, |_, _| Ok(()))?;
         Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// What that part sees besides light, by itself.
+    fn seen<'py>(&self, py: Python<'py>, words: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
+        let held = &self.0;
+        let bytes = watched(py, |_, cancel| held.seen(&words, cancel), false, |_, _| Ok(()))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Whether a render with these words looks at the scene again for what is seen besides light.
+    fn looks_again(&self, py: Python<'_>, words: Vec<String>) -> PyResult<bool> {
+        self.0.looks_again(&words).map_err(|t| error(py, t))
     }
 }
 
@@ -243,26 +262,32 @@ fn open(py: Python<'_>, origin: Origin, options: &[String]) -> PyResult<Scene> {
     py.detach(|| Held::open(origin, options)).map(Scene).map_err(|t| error(py, t))
 }
 
-/// Joins parts: the picture, the share of samples that is there, and at look number `look` the bound of the error that `words` ask for
-/// with `--error`, with the wanted one. `rounds` are parts of one render that was continued.
+/// Joins parts: the picture, the share of samples that is there, and at look number `look` the bound of the error that `rounds` ask for
+/// with `--error`, with the wanted one. `rounds` are the words of one render that was continued, `seen` what [`Scene::seen`] saw.
 #[pyfunction]
-#[pyo3(signature = (parts, partial=false, rounds=false, words=Vec::new(), look=0))]
+#[pyo3(signature = (parts, partial=false, rounds=None, look=0, seen=Vec::new()))]
 fn join_parts(
     py: Python<'_>,
     parts: Vec<Vec<u8>>,
     partial: bool,
-    rounds: bool,
-    words: Vec<String>,
+    rounds: Option<Vec<String>>,
     look: u32,
-) -> PyResult<(Image, f64, Option<f64>, Option<f64>)> {
+    seen: Vec<Vec<u8>>,
+) -> PyResult<(Image, f64, Option<[f64; 2]>)> {
     let joined = py.detach(|| {
-        let goal = embed::error_goal(&words)?.filter(|_| look > 0);
-        let slices: Vec<&[u8]> = parts.iter().map(Vec::as_slice).collect();
-        let wanted = goal.as_ref().map(|g| g.bound);
-        embed::join_parts(&slices, (partial, rounds), goal.map(|g| (g, look))).map(|joined| (joined, wanted))
+        let parts: Vec<&[u8]> = parts.iter().map(Vec::as_slice).collect();
+        let seen: Vec<&[u8]> = seen.iter().map(Vec::as_slice).collect();
+        embed::join_parts(&parts, Joining { partial, rounds: rounds.as_deref(), look, seen: &seen })
     });
-    let (joined, wanted) = joined.map_err(|t| error(py, t))?;
-    Ok((Image::unfinished(joined.image), joined.complete, joined.bound, wanted))
+    let Joined { picture, complete, bound } = joined.map_err(|t| error(py, t))?;
+    let image = if partial { Image::unfinished(picture.image) } else { Image::finished(picture) };
+    Ok((image, complete, bound))
+}
+
+/// Writes a picture where and how words of `steradian render` say it.
+#[pyfunction]
+fn write_outputs(py: Python<'_>, image: &Image, words: Vec<String>) -> PyResult<()> {
+    py.detach(|| embed::write(image.inner(), &words)).map_err(|t| error(py, t))
 }
 
 /// The numbers of samples per pixel at which an error is looked at, up to `most`, each with the number of the look.
@@ -295,6 +320,7 @@ fn asked<'py>(py: Python<'py>, words: Vec<String>) -> PyResult<Bound<'py, PyDict
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Scene>()?;
     m.add_function(wrap_pyfunction!(join_parts, m)?)?;
+    m.add_function(wrap_pyfunction!(write_outputs, m)?)?;
     m.add_function(wrap_pyfunction!(looks, m)?)?;
     m.add_function(wrap_pyfunction!(asked, m)?)
 }

@@ -9,9 +9,11 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import statistics
 import sys
 import tempfile
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Callable, Optional, Union
@@ -24,20 +26,27 @@ from .errors import InputError, MachineError, SteradianError
 
 # A worker that dies is no news on a large cluster.
 _TRIES = 8
-# Parts for each core: so many that the last ones do not keep all others waiting.
-_PARTS_PER_CORE = 4
+# Parts for each that renders: so many that the last ones do not keep all others waiting (docs/cluster.md has the numbers).
+_PARTS_PER_CORE = 16
+# A part that takes this many times as long as others is rendered a second time, if somebody is idle.
+_PATIENCE = 1.5
+_LEAST_PATIENCE = 1.0
 _PREVIEW_PAUSE = 2.0
+_SLOTS_PAUSE = 5.0
 
 # The scene that this worker rendered a part of last.
 _held: dict[str, Scene] = {}
 
 
-def _render_part(key: str, packed: bytes, words: list[str], by_samples: bool) -> bytes:
-    """What a worker does."""
+def _render_part(key: str, packed: bytes, words: list[str], what: str) -> bytes:
+    """What a worker does: a part as the command line renders it, one of a round (light only, cut by samples), or what a part sees besides."""
     if key not in _held:
         _held.clear()
         _held[key] = Scene.unpack(packed)
-    return _held[key]._native.part(words, by_samples)
+    native = _held[key]._native
+    if what == "seen":
+        return native.seen(words)
+    return native.part(words, what == "round", what == "round")
 
 
 def _ray() -> Any:
@@ -109,12 +118,15 @@ class _Driver:
         see: Optional[Callable[[Callable[[], Image]], None]],
     ) -> None:
         self.ray, self.scene, self.words, self.hear, self.see = ray, scene, words, hear, see
-        self.key = scene.hash
+        self.key, self.threads = scene.hash, threads
         self.packed: Any = None
+        # What earlier rounds left for the preview, and the words that they are of.
+        self.before: list[Path] = []
+        self.rounds: Optional[list[str]] = None
         options = {"num_cpus": threads, "max_retries": _TRIES, "retry_exceptions": [MachineError]}
         self.task = ray.remote(**options)(_render_part)
 
-    def run(self, parts: _Parts, words_of: Callable[[int], tuple[list[str], bool]]) -> None:
+    def run(self, parts: _Parts, words_of: Callable[[int], tuple[list[str], str]]) -> None:
         """Renders what is missing."""
         missing = parts.missing()
         if self.hear:
@@ -124,29 +136,66 @@ class _Driver:
         if self.packed is None:
             # Into the object store once; nodes take it from there and from each other.
             self.packed = self.ray.put(self.scene.pack())
-        pending = {self.task.remote(self.key, self.packed, *words_of(i)): i for i in missing}
-        shown = time.monotonic()
+        queue = deque(missing)
+        under_way: dict[Any, tuple[int, float]] = {}
+        took: list[float] = []
+        shown = asked = 0.0
+        slots = 1
         try:
-            while pending:
-                done, _ = self.ray.wait(list(pending), num_returns=1, timeout=0.5)
-                for reference in done:
+            while queue or under_way:
+                now = time.monotonic()
+                if now >= asked:
+                    # Nodes come and go.
+                    slots, asked = self.slots(), now + _SLOTS_PAUSE
+                # A few more than can run, so that nobody waits for the next one.
+                while queue and len(under_way) < slots + slots // 4 + 1:
+                    self.begin(queue.popleft(), under_way, words_of)
+                if not queue:
+                    for i in self.late(under_way, took, slots):
+                        self.begin(i, under_way, words_of)
+                ready, _ = self.ray.wait(list(under_way), num_returns=1, timeout=0.5)
+                for reference in ready:
+                    i, began = under_way.pop(reference)
                     try:
                         content = self.ray.get(reference)
                     except self.ray.exceptions.RayTaskError as e:
                         raise _cause(e) from None
                     except self.ray.exceptions.RayError as e:
-                        raise MachineError(f"part {pending[reference]} of {parts.count} was lost for good: {e}") from None
-                    parts.keep(pending.pop(reference), content)
-                if done and self.hear:
-                    count = parts.count - len(pending)
-                    self.hear(count / parts.count, count, parts.count)
-                if done and self.see and pending and time.monotonic() > shown:
+                        raise MachineError(f"part {i} of {parts.count} was lost for good: {e}") from None
+                    parts.keep(i, content)
+                    took.append(time.monotonic() - began)
+                    for other in [r for r, (j, _) in under_way.items() if j == i]:
+                        del under_way[other]
+                        self.ray.cancel(other)
+                left = len(queue) + len({i for i, _ in under_way.values()})
+                if ready and self.hear:
+                    self.hear(1.0 - left / parts.count, parts.count - left, parts.count)
+                if ready and self.see and left and time.monotonic() > shown:
                     start = time.monotonic()
-                    self.see(lambda: _joined([p.read_bytes() for p in parts.there()], partial=True)[0])
+                    self.see(lambda: _joined([*self.before, *parts.there()], partial=True, rounds=self.rounds)[0])
                     shown = time.monotonic() + max(_PREVIEW_PAUSE, 20.0 * (time.monotonic() - start))
         finally:
-            for reference in pending:
+            for reference in under_way:
                 self.ray.cancel(reference)
+
+    def begin(
+        self, number: int, under_way: dict[Any, tuple[int, float]], words_of: Callable[[int], tuple[list[str], str]]
+    ) -> None:
+        under_way[self.task.remote(self.key, self.packed, *words_of(number))] = (number, time.monotonic())
+
+    def slots(self) -> int:
+        """How many parts the cluster renders at a time."""
+        return max(1, int(self.ray.cluster_resources().get("CPU", 1)) // self.threads)
+
+    @staticmethod
+    def late(under_way: Mapping[Any, tuple[int, float]], took: Sequence[float], slots: int) -> list[int]:
+        """The parts that take too long, where somebody is idle who could render them a second time: both give the same bytes."""
+        if not took or len(under_way) >= slots:
+            return []
+        limit = time.monotonic() - _PATIENCE * statistics.median(took) - _LEAST_PATIENCE
+        numbers = [i for i, _ in under_way.values()]
+        late = sorted((began, i) for i, began in under_way.values() if began < limit and numbers.count(i) == 1)
+        return [i for _, i in late[: slots - len(under_way)]]
 
 
 def _cause(error: Any) -> BaseException:
@@ -156,9 +205,17 @@ def _cause(error: Any) -> BaseException:
     return MachineError(f"a worker failed: {error}")
 
 
-def _joined(parts: Sequence[bytes], *, partial: bool = False, rounds: bool = False, words: Sequence[str] = (), look: int = 0) -> Any:
-    image, complete, bound, wanted = _native.join_parts(list(parts), partial, rounds, list(words), look)
-    return Image(image), complete, bound, wanted
+def _joined(
+    parts: Sequence[Path],
+    *,
+    partial: bool = False,
+    rounds: Optional[Sequence[str]] = None,
+    look: int = 0,
+    seen: Sequence[Path] = (),
+) -> tuple[Image, float, Optional[list[float]]]:
+    read = [[p.read_bytes() for p in paths] for paths in (parts, seen)]
+    image, complete, bound = _native.join_parts(read[0], partial, None if rounds is None else list(rounds), look, read[1])
+    return Image(image), complete, bound
 
 
 def _round_shards(first: int, end: int, most: int) -> list[str]:
@@ -220,31 +277,41 @@ def _run(
         cores = int(ray.cluster_resources().get("CPU", 1)) // threads
         if not goal:
             kept = _Parts(folder, _count(folder, parts, cores))
-            driver.run(kept, lambda i: ([*base, f"--shard={i}/{kept.count}"], False))
+            driver.run(kept, lambda i: ([*base, f"--shard={i}/{kept.count}"], "part"))
             files = kept.there()
-            image = _joined([p.read_bytes() for p in files])[0]
-            return _Result(image, files, folder, False, None, None)
+            return _Result(_joined(files)[0], files, folder, False, None, None)
         # Rounds end where a render here would look at its error, and go on from each other.
+        driver.rounds = said = [*rest, *goal, "--no-adaptive"]
         laid_out = spp or int(scene["sampler.spp"])
         base = _split(base, ("--spp", "--sampler-spp"))[1]
+        most = parts or max(1, cores) * _PARTS_PER_CORE
         first, files = 0, []
         ends = _native.looks(spp or 1 << 20) or []
         if spp and (not ends or ends[-1][0] < spp):
             ends = [*ends, (spp, ends[-1][1] + 1 if ends else 1)]
-        for end, look in ends:
-            shards = _round_shards(first, end, parts or max(1, cores) * _PARTS_PER_CORE)
-            inner = folder / f"{end:07}"
+
+        def shared(name: str, end: int, shards: list[str], what: str) -> list[Path]:
+            inner = folder / name
             inner.mkdir(exist_ok=True)
             kept = _Parts(inner, len(shards))
-            driver.run(
-                kept, lambda i: ([*base, f"--spp={end}", f"--sampler-spp={laid_out}", f"--shard={shards[i - 1]}"], True)  # noqa: B023
-            )
-            files += kept.there()
-            image, _, bound, wanted = _joined([p.read_bytes() for p in files], rounds=True, words=[*rest, *goal], look=look)
-            if bound is not None and wanted is not None and bound <= wanted:
+            to_end = [*base, f"--spp={end}", f"--sampler-spp={laid_out}"]
+            driver.run(kept, lambda i: ([*to_end, f"--shard={shards[i - 1]}"], what))
+            return kept.there()
+
+        looks_again = scene._native.looks_again(rest)
+        for end, look in ends:
+            files += shared(f"{end:07}", end, _round_shards(first, end, most), "round")
+            image, _, bound = _joined(files, rounds=said, look=look)
+            if bound is not None and bound[0] <= bound[1]:
                 break
-            first = end
-        return _Result(image, files, folder, True, end, bound)
+            first, driver.before = end, list(files)
+        if looks_again:
+            # The end is known now, and with it how often a pixel is looked at.
+            driver.see = None
+            seen = shared(f"seen-{end:07}", end, [f"{i}/{most}" for i in range(1, most + 1)], "seen")
+            image, _, bound = _joined(files, rounds=said, look=look, seen=seen)
+            files += seen
+        return _Result(image, files, folder, True, end, bound[0] if bound else None)
 
 
 def render(
@@ -327,8 +394,7 @@ def _command(argv: list[str]) -> int:
         see=see,
     )
     if result.rounds:
-        for file in outputs:
-            result.image.write(file)
+        _native.write_outputs(result.image._native, list(asked["writing"]))
         say(f"{result.spp} samples per pixel, error bound {result.bound:.3g}" if result.bound else "")
         code = 0
     else:

@@ -7,7 +7,6 @@
 use crate::film::Film;
 use crate::renderer::{Canvas, Found, Job, Pass, locked};
 use crate::schedule::Schedule;
-use crate::share::Share;
 use crate::splats::Landed;
 use crate::sums::PixelSum;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -163,10 +162,8 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         let pixels: u64 = film.tiles.iter().map(|t| t.len() as u64).sum();
         let Some(chains) = &film.chains else { return Pass::Nothing };
         let count = chains.states.len() as u64;
-        let mine = |i: usize| match self.goals.share {
-            Share::Whole => true,
-            Share::Tiles(part) | Share::Samples(part) => i as u64 % u64::from(part.count) == u64::from(part.index),
-        };
+        let part = self.goals.share.part();
+        let mine = |i: usize| i as u64 % u64::from(part.count) == u64::from(part.index);
         let end = |i: usize| ((u128::from(nominal) * u128::from(pixels) + i as u128) / u128::from(count)) as u64;
         let behind: Vec<usize> =
             (0..count as usize).filter(|&i| mine(i) && chains.states[i].place.step < end(i)).collect();

@@ -46,10 +46,23 @@ pub const MOST_FEATURE_SAMPLES: u32 = 64;
 
 /// The features of every pixel of the film, row by row, from `spp` samples each; `None` if cancelled.
 pub fn features(world: &World, spp: u32, threads: usize, cancel: &AtomicBool) -> Option<Vec<Features>> {
-    let [x0, x1, y0, y1] = world.settings().film.pixel_bounds;
+    let [_, _, y0, y1] = world.settings().film.pixel_bounds;
+    let rows = features_of_rows(world, spp, &(y0..y1).collect::<Vec<_>>(), threads, cancel)?;
+    Some(rows.into_iter().flatten().collect())
+}
+
+/// As [`features`], of these rows of the film.
+pub(crate) fn features_of_rows(
+    world: &World,
+    spp: u32,
+    wanted: &[u32],
+    threads: usize,
+    cancel: &AtomicBool,
+) -> Option<Vec<Vec<Features>>> {
+    let [x0, x1, ..] = world.settings().film.pixel_bounds;
     let spp = spp.clamp(1, MOST_FEATURE_SAMPLES);
     let pixels = PixelSampler::new(world);
-    let rows: Vec<Mutex<Vec<Features>>> = (y0..y1).map(|_| Mutex::default()).collect();
+    let rows: Vec<Mutex<Vec<Features>>> = wanted.iter().map(|_| Mutex::default()).collect();
     let next = AtomicUsize::new(0);
     let work = || {
         let mut sampler = Sampler::new(&world.settings().sampler);
@@ -58,7 +71,7 @@ pub fn features(world: &World, spp: u32, threads: usize, cancel: &AtomicBool) ->
             if row >= rows.len() || cancel.load(Ordering::Relaxed) {
                 return;
             }
-            let done = (x0..x1).map(|x| pixel(&pixels, &mut sampler, [x, y0 + row as u32], spp)).collect();
+            let done = (x0..x1).map(|x| pixel(&pixels, &mut sampler, [x, wanted[row]], spp)).collect();
             *rows[row].lock().unwrap_or_else(std::sync::PoisonError::into_inner) = done;
         }
     };
@@ -68,15 +81,9 @@ pub fn features(world: &World, spp: u32, threads: usize, cancel: &AtomicBool) ->
         }
         work();
     });
-    let mut out = Vec::with_capacity(rows.len() * (x1 - x0) as usize);
-    for row in rows {
-        let row = row.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if row.is_empty() {
-            return None;
-        }
-        out.extend(row);
-    }
-    Some(out)
+    let rows = rows.into_iter().map(|row| row.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
+    let rows: Vec<_> = rows.collect();
+    rows.iter().all(|row| !row.is_empty()).then_some(rows)
 }
 
 fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32) -> Features {

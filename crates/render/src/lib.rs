@@ -13,6 +13,7 @@ mod photons;
 mod renderer;
 mod sample;
 mod schedule;
+mod seen;
 mod share;
 mod snapshot;
 mod splats;
@@ -30,6 +31,7 @@ pub use layers::{CLAMPED, Layer, Layers, MOST_LAYERS, OUTLIERS, layer_width, lig
 pub use renderer::{Rendered, render, render_counted, run, run_counted};
 pub use sample::{PixelSampler, Sampled};
 pub use schedule::{Schedule, looks};
+pub use seen::Seen;
 pub use share::{Part, Share, join, join_what_is_there};
 pub use snapshot::{Identity, Label, Snapshot, differences};
 pub use splats::{BRIGHTEST, Fixed, Landed, Splats};

@@ -9,6 +9,7 @@ use crate::layers::{LayerSampler, Layers, finite};
 use crate::photons::{self, Sent};
 use crate::sample::PixelSampler;
 use crate::schedule::{self, Schedule};
+use crate::seen::Seen;
 use crate::share::Share;
 use crate::snapshot::{Identity, Label, Writer};
 use crate::splats::{Landed, Splats};
@@ -57,6 +58,11 @@ pub struct Rendered {
 impl Rendered {
     /// From where rendering can go on: the bytes of a [`crate::Snapshot`].
     pub fn encode(&self, label: &Label) -> Vec<u8> {
+        self.encode_part(label, None)
+    }
+
+    /// As [`Rendered::encode`], with what a part of a distributed render has seen.
+    pub fn encode_part(&self, label: &Label, seen: Option<&Seen>) -> Vec<u8> {
         let film = self.unfinished.as_ref().unwrap_or(&self.film);
         let (round, tiles) = (self.schedule.round, film.tiles.len());
         let counts = [tiles, film.layers()];
@@ -66,7 +72,13 @@ impl Rendered {
         }
         w.splats(film.splats.as_ref());
         w.chains(film.chains.as_ref().map(|c| c.states.iter()));
+        w.seen(seen);
         w.finish()
+    }
+
+    /// The share that this is, and samples per pixel that were asked for.
+    pub fn share(&self) -> (Share, u32) {
+        (self.share, self.planned)
     }
 
     /// The result that a film amounts to which was put together from parts.
@@ -352,11 +364,8 @@ impl<'w, C: Count> Job<'_, 'w, C> {
     fn report(&self, size: &[usize; 2], found: Found) -> Progress {
         let pixels = (size[0] * size[1]).max(1) as f64;
         let average = self.samples.load(Ordering::Relaxed) as f64 / pixels;
-        let share = match self.goals.share {
-            Share::Whole => 1.0,
-            Share::Tiles(part) | Share::Samples(part) => 1.0 / f64::from(part.count),
-        };
-        let mut fraction = average / (f64::from(self.plan.spp) * share);
+        let parts = f64::from(self.goals.share.part().count);
+        let mut fraction = average * parts / f64::from(self.plan.spp);
         if let Some(limit) = self.plan.time_limit {
             fraction = fraction.max(self.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9));
         }
@@ -479,6 +488,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         writer.splats(splats.as_ref().map(|s| &***s));
         let chains: Option<Vec<_>> = canvas.chains.map(|all| all.iter().map(|c| locked(c).clone()).collect());
         writer.chains(chains.as_ref().map(|c| c.iter()));
+        writer.seen(None);
         drop(splats);
         self.observer.checkpoint(writer.finish(), start.elapsed());
         self.storing.store(false, Ordering::Release);

@@ -13,6 +13,14 @@ pub enum Share {
     Tiles(Part),
     /// Some of the samples of every tile.
     Samples(Part),
+    /// Some of the samples of some of the tiles: these are cut into `groups`, which divides the number of parts, and the samples of each
+    /// group into as many pieces as are left.
+    Blocks {
+        /// Groups of tiles run fastest.
+        part: Part,
+        /// See above.
+        groups: u32,
+    },
 }
 
 /// Part `index`, from 0, of `count`.
@@ -25,28 +33,43 @@ pub struct Part {
 }
 
 impl Share {
-    /// Part `part` of a film, cut by tiles where there are enough of them to go round evenly, or else by samples.
+    /// Part `part` of a film, cut by tiles as far as there are enough of them to go round evenly, and further by samples. Every piece of
+    /// samples has sums of its own, so that what is to be merged grows with their number, and not with that of groups of tiles.
     pub fn of(film: &Film, part: Part) -> Self {
         const TILES_EACH: u64 = 8;
-        if film.tiles.len() as u64 >= u64::from(part.count) * TILES_EACH {
-            Self::Tiles(part)
-        } else {
-            Self::Samples(part)
+        let enough = |groups: &u32| film.tiles.len() as u64 >= u64::from(*groups) * TILES_EACH;
+        match (1..=part.count).rev().find(|g| part.count.is_multiple_of(*g) && enough(g)) {
+            Some(groups) if groups == part.count => Self::Tiles(part),
+            Some(groups) if groups > 1 => Self::Blocks { part, groups },
+            _ => Self::Samples(part),
+        }
+    }
+
+    /// Which part this is, of how many.
+    pub fn part(&self) -> Part {
+        match *self {
+            Share::Whole => Part { index: 0, count: 1 },
+            Share::Tiles(part) | Share::Samples(part) | Share::Blocks { part, .. } => part,
         }
     }
 
     /// The samples of tile `i` that belong to this share, of `spp` in all. `width` is the number of tiles in a row.
     pub fn samples(&self, i: usize, width: usize, spp: u32) -> [u32; 2] {
+        // Along diagonals, so that no part gets only the busy middle of the picture.
+        let has = |part: Part| (i + i / width.max(1)) as u64 % u64::from(part.count.max(1)) == u64::from(part.index);
+        let some = |part: Part| {
+            let edge = |k: u32| (u64::from(spp) * u64::from(k) / u64::from(part.count.max(1))) as u32;
+            [edge(part.index), edge(part.index + 1)]
+        };
         match *self {
             Share::Whole => [0, spp],
-            Share::Tiles(part) => {
-                // Along diagonals, so that no part gets only the busy middle of the picture.
-                let number = (i + i / width.max(1)) as u64 % u64::from(part.count.max(1));
-                if number == u64::from(part.index) { [0, spp] } else { [0, 0] }
-            }
-            Share::Samples(part) => {
-                let edge = |k: u32| (u64::from(spp) * u64::from(k) / u64::from(part.count.max(1))) as u32;
-                [edge(part.index), edge(part.index + 1)]
+            Share::Tiles(part) => [0, if has(part) { spp } else { 0 }],
+            Share::Samples(part) => some(part),
+            Share::Blocks { part: Part { index, count }, groups } => {
+                if !has(Part { index: index % groups, count: groups }) {
+                    return [0, 0];
+                }
+                some(Part { index: index / groups, count: count / groups })
             }
         }
     }
@@ -165,16 +188,34 @@ mod tests {
         }
 
         #[test]
-        fn shares_cover_every_sample_once(count in 1u32..40, spp in 1u32..100, by_tiles in any::<bool>()) {
+        fn shares_cover_every_sample_once(count in 1u32..40, spp in 1u32..100, by in 0..4) {
             let parts: Vec<Film> = (0..count)
                 .map(|index| {
                     let part = Part { index, count };
-                    let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
+                    let groups = (1..=count.min(3)).rev().find(|g| count.is_multiple_of(*g)).unwrap_or(1);
+                    let share = match by {
+                        0 => Share::Tiles(part),
+                        1 => Share::Samples(part),
+                        2 => Share::Blocks { part, groups },
+                        _ => Share::of(&Film::new(BOUNDS), part),
+                    };
                     film(|i| share.samples(i, 3, spp))
                 })
                 .collect();
             prop_assert_eq!(join(BOUNDS, &parts.iter().rev().collect::<Vec<_>>(), spp).unwrap(), film(|_| [0, spp]));
         }
+    }
+
+    /// 48 x 48 pixels are nine tiles; 160 x 160 a hundred.
+    #[test]
+    fn parts_are_cut_by_tiles_as_far_as_there_are_enough() {
+        let of = |size: u32, count: u32| Share::of(&Film::new([0, size, 0, size]), Part { index: 1, count });
+        let part = |count| Part { index: 1, count };
+        assert_eq!(of(48, 2), Share::Samples(part(2)));
+        assert_eq!(of(160, 12), Share::Tiles(part(12)));
+        assert_eq!(of(160, 24), Share::Blocks { part: part(24), groups: 12 });
+        assert_eq!(of(160, 26), Share::Blocks { part: part(26), groups: 2 });
+        assert_eq!(of(160, 13), Share::Samples(part(13)));
     }
 
     #[test]

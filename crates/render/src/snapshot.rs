@@ -1,8 +1,8 @@
 //! A render as bytes, from which it goes on to the same bits: checkpoints, and the parts of distributed renders.
 //!
 //! Little endian. `STERADIA`, format, identity (names and values), note, share, samples planned, seconds, round; the film's
-//! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; splats, if there are any; the BLAKE3
-//! hash of all that.
+//! bounds and number of layers; for each tile its schedule, counts, bad samples and sums; splats and chains, if there are any; what a
+//! part has [`Seen`], if it has looked; the BLAKE3 hash of all that.
 
 use crate::chains::{ChainState, Chains};
 use crate::error::Error;
@@ -10,6 +10,7 @@ use crate::fault::{BadSample, Fault};
 use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile, TileNode};
 use crate::layers::MOST_LAYERS;
 use crate::schedule::Schedule;
+use crate::seen::Seen;
 use crate::share::{Part, Share};
 use crate::splats::{Fixed, SplatSum, Splats};
 use crate::sums::{MOST_LEVEL, PixelSum, nodes_of};
@@ -18,8 +19,8 @@ use std::time::Duration;
 use steradian_integrator::Coordinate;
 
 const MAGIC: [u8; 8] = *b"STERADIA";
-const FORMAT: u32 = 4;
-const HASH: usize = 32;
+const FORMAT: u32 = 5;
+pub(crate) const HASH: usize = 32;
 /// More text than any panic needs.
 const MOST_MESSAGE: usize = 4096;
 
@@ -43,6 +44,8 @@ pub struct Snapshot {
     pub film: Film,
     /// What comes next.
     pub schedule: Schedule,
+    /// What a part of a distributed render knows of what the camera sees, where it was asked for.
+    pub seen: Option<Seen>,
 }
 
 /// What a snapshot says before its tiles.
@@ -75,12 +78,14 @@ impl Writer {
             w.bytes(value.as_bytes());
         }
         w.bytes(label.note);
-        let (kind, part) = match share {
-            Share::Whole => (0, Part { index: 0, count: 1 }),
-            Share::Tiles(part) => (1, part),
-            Share::Samples(part) => (2, part),
+        let (kind, groups) = match share {
+            Share::Whole => (0, 0),
+            Share::Tiles(_) => (1, 0),
+            Share::Samples(_) => (2, 0),
+            Share::Blocks { groups, .. } => (3, groups),
         };
-        for v in [kind, part.index, part.count, spp] {
+        let part = share.part();
+        for v in [kind, part.index, part.count, groups, spp] {
             w.u32(v);
         }
         w.u64(elapsed.as_nanos() as u64);
@@ -131,7 +136,7 @@ impl Writer {
         }
     }
 
-    /// Whether there are chains, and those; comes last.
+    /// Whether there are chains, and those; comes after the splats.
     pub fn chains<'c>(&mut self, chains: Option<impl ExactSizeIterator<Item = &'c ChainState>>) {
         self.u32(u32::from(chains.is_some()));
         let Some(chains) = chains else { return };
@@ -151,6 +156,14 @@ impl Writer {
                     self.u64(c.age);
                 }
             }
+        }
+    }
+
+    /// Whether there is something of what the camera sees, and that; comes last.
+    pub fn seen(&mut self, seen: Option<&Seen>) {
+        self.u32(u32::from(seen.is_some()));
+        if let Some(seen) = seen {
+            seen.write(&mut self.0);
         }
     }
 
@@ -186,6 +199,7 @@ impl Snapshot {
         }
         w.splats(film.splats.as_ref());
         w.chains(film.chains.as_ref().map(|c| c.states.iter()));
+        w.seen(self.seen.as_ref());
         w.finish()
     }
 
@@ -213,7 +227,7 @@ impl Snapshot {
             identity.insert(name, value);
         }
         let note = r.bytes()?.to_vec();
-        let (kind, part) = (r.u32()?, Part { index: r.u32()?, count: r.u32()? });
+        let (kind, part, groups) = (r.u32()?, Part { index: r.u32()?, count: r.u32()? }, r.u32()?);
         if part.index >= part.count {
             return Err(damaged("its share does not exist"));
         }
@@ -221,6 +235,7 @@ impl Snapshot {
             0 => Share::Whole,
             1 => Share::Tiles(part),
             2 => Share::Samples(part),
+            3 if groups > 0 && part.count.is_multiple_of(groups) => Share::Blocks { part, groups },
             _ => return Err(damaged("its share is of no known kind")),
         };
         let spp = r.u32()?;
@@ -243,10 +258,15 @@ impl Snapshot {
         }
         film.splats = r.splats(&film)?;
         film.chains = r.chains()?;
+        let seen = match r.u32()? {
+            0 => None,
+            1 => Some(Seen::read(&mut r, bounds)?),
+            _ => return Err(damaged("what it has seen is of no known kind")),
+        };
         if !r.0.is_empty() {
             return Err(damaged("it goes on after its end"));
         }
-        Ok(Snapshot { identity, note, share, spp, elapsed, film, schedule })
+        Ok(Snapshot { identity, note, share, spp, elapsed, film, schedule, seen })
     }
 
     /// Whether this is of the render that `wanted` describes.
@@ -287,25 +307,25 @@ fn empty_film(bounds: [u32; 4], tiles: u32, layers: usize, left: usize) -> Resul
         .ok_or_else(|| Error::Damaged("its size does not fit its content".into()))
 }
 
-struct Reader<'a>(&'a [u8]);
+pub(crate) struct Reader<'a>(pub &'a [u8]);
 
 impl<'a> Reader<'a> {
-    fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
+    pub fn take(&mut self, n: usize) -> Result<&'a [u8], Error> {
         let (head, rest) = self.0.split_at_checked(n).ok_or_else(|| Error::Damaged("it ends too early".into()))?;
         self.0 = rest;
         Ok(head)
     }
 
-    fn u32(&mut self) -> Result<u32, Error> {
+    pub fn u32(&mut self) -> Result<u32, Error> {
         let b = self.take(4)?;
         Ok(u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
     }
 
-    fn u64(&mut self) -> Result<u64, Error> {
+    pub fn u64(&mut self) -> Result<u64, Error> {
         Ok(u64::from(self.u32()?) | u64::from(self.u32()?) << 32)
     }
 
-    fn bytes(&mut self) -> Result<&'a [u8], Error> {
+    pub fn bytes(&mut self) -> Result<&'a [u8], Error> {
         let n = self.u32()? as usize;
         self.take(n)
     }
@@ -442,11 +462,12 @@ mod tests {
         Snapshot {
             identity: [("scene", "abc"), ("seed", "7")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
             note: vec![1, 2, 3],
-            share: Share::Tiles(Part { index: 2, count: 5 }),
+            share: Share::Blocks { part: Part { index: 2, count: 6 }, groups: 3 },
             spp: 64,
             elapsed: Duration::from_millis(1234),
             film,
             schedule,
+            seen: Some(crate::seen::example([3, 40, 5, 25])),
         }
     }
 
@@ -503,7 +524,7 @@ mod tests {
         let said = snapshot.check(&other).unwrap_err().to_string();
         assert_eq!(said, "of another render: crop: stored with nothing, now 0,1; seed: stored with 7, now 8");
         let mut newer = snapshot.encode();
-        newer[8] = 9;
-        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 9, known: FORMAT }));
+        newer[8] = 99;
+        assert_eq!(Snapshot::decode(&newer), Err(Error::Version { found: 99, known: FORMAT }));
     }
 }

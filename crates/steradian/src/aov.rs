@@ -3,16 +3,19 @@
 use std::sync::atomic::AtomicBool;
 
 use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 use steradian_image::{Error, Image, Precision};
 use steradian_integrator::Integrator;
+use steradian_math::Transform;
 use steradian_render::{
-    ErrorMeasure, Features, Film, Layer, Layers, MOST_LAYERS, Rendered, features, light_groups, pixel_errors,
+    ErrorMeasure, Features, Film, Layer, Layers, MOST_LAYERS, Part, Rendered, Seen, features, light_groups,
+    pixel_errors,
 };
-use steradian_scene::{FilmKind, Handle, Scene, World};
+use steradian_scene::{FilmKind, World};
 use steradian_spectrum::ColorMode;
 
-use crate::cryptomatte;
 use crate::failure::Failure;
+use crate::{cryptomatte, gbuffer};
 
 /// What can be asked for. Channels are named as is usual in EXR files.
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -159,6 +162,75 @@ pub(crate) fn add_of_film(image: &mut Image, wanted: &[Aov], film: &Film) -> Res
     Ok(())
 }
 
+/// What channels need besides features and sums: a part of a distributed render has it as its note.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct Wanted {
+    /// The channels, by their names on the command line.
+    aovs: Vec<String>,
+    /// The names of the materials, of which some are empty.
+    materials: Vec<String>,
+    /// Of a `gbuffer` film.
+    gbuffer: Option<Space>,
+}
+
+/// The space that places and normals of a `gbuffer` are in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+enum Space {
+    World,
+    /// The way there: the bits of a matrix and of its inverse.
+    Camera([[[u32; 4]; 4]; 2]),
+}
+
+impl Wanted {
+    fn of(asked: &[Aov], world: &World) -> Self {
+        let mut aovs = asked.to_vec();
+        aovs.sort();
+        aovs.dedup();
+        let named = aovs.contains(&Aov::CryptoMaterial);
+        let gbuffer = match world.settings().film.kind {
+            FilmKind::GBuffer { in_world: true } => Some(Space::World),
+            FilmKind::GBuffer { in_world: false } => {
+                let t = gbuffer::from_world(world);
+                Some(Space::Camera([t.m, t.inv].map(|m| m.map(|row| row.map(f32::to_bits)))))
+            }
+            _ => None,
+        };
+        Self {
+            aovs: aovs.into_iter().map(Aov::name).collect(),
+            materials: world.scene().materials.iter().filter(|_| named).map(|m| m.name.clone()).collect(),
+            gbuffer,
+        }
+    }
+
+    fn list(&self) -> Vec<Aov> {
+        self.aovs.iter().filter_map(|name| Aov::from_str(name, false).ok()).collect()
+    }
+
+    /// Whether the scene has to be looked at again.
+    fn needs_features(&self) -> bool {
+        self.gbuffer.is_some() || self.list().iter().any(|a| a.needs_features())
+    }
+
+    /// Adds everything; `seen` is empty where no features are needed.
+    fn add(&self, image: &mut Image, seen: &[Features], film: &Film) -> Result<(), Error> {
+        for aov in self.list() {
+            add_feature(image, aov, seen, &self.materials)?;
+        }
+        add_of_film(image, &self.list(), film)?;
+        if let Some(space) = &self.gbuffer {
+            let from_world = match space {
+                Space::World => None,
+                Space::Camera(bits) => {
+                    let [m, inv] = bits.map(|m| m.map(|row| row.map(f32::from_bits)));
+                    Some(Transform { m, inv })
+                }
+            };
+            gbuffer::add(image, seen, film, from_world)?;
+        }
+        Ok(())
+    }
+}
+
 /// Adds the channels that were asked for; whether all could be had before `cancel`.
 ///
 /// # Errors
@@ -171,30 +243,87 @@ pub(crate) fn add(
     threads: usize,
     cancel: &AtomicBool,
 ) -> Result<bool, Error> {
-    let mut wanted = asked.to_vec();
-    wanted.sort();
-    wanted.dedup();
+    let mut wanted = Wanted::of(asked, world);
+    let mut seen = Vec::new();
     let mut complete = true;
-    let look = || features(world, world.settings().sampler.spp.max(rendered.spp), threads, cancel);
-    let seen = if wanted.iter().any(|a| a.needs_features()) {
-        let seen = look();
-        complete = seen.is_some();
-        seen.unwrap_or_default()
-    } else {
-        Vec::new()
-    };
-    for aov in wanted.into_iter().filter(|a| complete || !a.needs_features()) {
-        add_feature(image, aov, &seen, world.scene())?;
+    if wanted.needs_features() {
+        match features(world, looks(world, rendered.spp), threads, cancel) {
+            Some(all) => seen = all,
+            None => {
+                complete = false;
+                wanted.gbuffer = None;
+                wanted.aovs.retain(|name| Aov::from_str(name, false).is_ok_and(|a| !a.needs_features()));
+            }
+        }
     }
-    add_of_film(image, asked, &rendered.film)?;
-    if let FilmKind::GBuffer { in_world } = world.settings().film.kind {
-        let Some(seen) = (if seen.is_empty() { look() } else { Some(seen) }) else { return Ok(false) };
-        crate::gbuffer::add(image, &seen, &rendered.film, world, in_world)?;
-    }
+    wanted.add(image, &seen, &rendered.film)?;
     Ok(complete)
 }
 
-fn add_feature(image: &mut Image, aov: Aov, seen: &[Features], scene: &Scene) -> Result<(), Error> {
+/// So often a pixel is looked at that has `spp` samples.
+fn looks(world: &World, spp: u32) -> u32 {
+    world.settings().sampler.spp.max(spp)
+}
+
+/// Whether a render with these channels looks at the scene again.
+pub(crate) fn looks_again(asked: &[Aov], kind: &FilmKind) -> bool {
+    matches!(kind, FilmKind::GBuffer { .. }) || asked.iter().any(|a| a.needs_features())
+}
+
+/// What a part of a render with `spp` samples per pixel keeps for the channels that were asked for: nothing where none were; `None` if
+/// cancelled.
+pub(crate) fn seen(
+    asked: &[Aov],
+    world: &World,
+    (part, spp): (Part, u32),
+    threads: usize,
+    cancel: &AtomicBool,
+) -> Option<Option<Seen>> {
+    let wanted = Wanted::of(asked, world);
+    if wanted.gbuffer.is_none() && wanted.aovs.is_empty() {
+        return Some(None);
+    }
+    let note = serde_json::to_vec(&wanted).unwrap_or_default();
+    if wanted.needs_features() {
+        Seen::look(world, part, note, looks(world, spp), threads, cancel).map(Some)
+    } else {
+        Some(Some(Seen { note, ..Seen::default() }))
+    }
+}
+
+/// Adds the channels that the parts of a render were asked for, and `more`, which their sums may tell.
+pub(crate) fn add_of_parts(image: &mut Image, more: &[Aov], parts: &[&Seen], film: &Film) -> Result<(), Failure> {
+    let mut wanted = match parts.first() {
+        Some(part) => serde_json::from_slice(&part.note)
+            .map_err(|_| Failure::Input("what the parts have seen is of another version of Steradian".into()))?,
+        None => Wanted::default(),
+    };
+    if parts.iter().any(|p| p.note != parts[0].note) {
+        return Err(Failure::Input("the parts were rendered with different --aov".into()));
+    }
+    let lost = |a: &&Aov| !a.is_of_film() && !wanted.aovs.contains(&a.name());
+    if let Some(aov) = more.iter().find(lost) {
+        let name = aov.name();
+        return Err(Failure::Input(format!("--aov {name}: the parts do not have it; render them with --aov {name}")));
+    }
+    for name in more.iter().map(|a| a.name()) {
+        if !wanted.aovs.contains(&name) {
+            wanted.aovs.push(name);
+        }
+    }
+    // In the order of a render on one machine.
+    let mut list = wanted.list();
+    list.sort();
+    wanted.aovs = list.into_iter().map(Aov::name).collect();
+    let seen = if wanted.needs_features() {
+        Seen::join(parts, film.bounds).map_err(|e| Failure::Input(e.to_string()))?
+    } else {
+        Vec::new()
+    };
+    wanted.add(image, &seen, film).map_err(|e| Failure::Input(format!("the channels cannot be added: {e}")))
+}
+
+fn add_feature(image: &mut Image, aov: Aov, seen: &[Features], materials: &[String]) -> Result<(), Error> {
     let one = |image: &mut Image, name: &str, f: fn(&Features) -> f32, precision| {
         image.add(name, seen.iter().map(f).collect(), precision)
     };
@@ -224,8 +353,10 @@ fn add_feature(image: &mut Image, aov: Aov, seen: &[Features], scene: &Scene) ->
         Aov::CryptoMaterial => {
             let pixels: Vec<_> = seen.iter().map(|f| f.materials.as_slice()).collect();
             cryptomatte::add(image, "CryptoMaterial", &pixels, |m| {
-                let name = &scene.materials[Handle::from_index(m as usize)].name;
-                if name.is_empty() { format!("material {}", m + 1) } else { name.clone() }
+                match materials.get(m as usize).filter(|name| !name.is_empty()) {
+                    Some(name) => name.clone(),
+                    None => format!("material {}", m + 1),
+                }
             })
         }
         Aov::Motion => {

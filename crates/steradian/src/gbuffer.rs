@@ -4,11 +4,18 @@
 //! Slopes are per pixel, where pbrt's are per so many pixels as its samples are apart.
 
 use steradian_image::{Error, Image, Precision};
-use steradian_math::{Normal3, Point3};
+use steradian_math::{Normal3, Point3, Transform};
 use steradian_render::{Features, Film};
 use steradian_scene::{CameraSample, World};
 
-/// Adds what is seen, and how unequal samples are.
+/// The way into the camera's space in the middle of the shutter.
+pub(crate) fn from_world(world: &World) -> Transform {
+    let camera = world.camera();
+    let half = CameraSample { film: Default::default(), lens: [0.5; 2], time: 0.5 };
+    camera.world_from_camera(camera.time_of(&half)).inverse()
+}
+
+/// Adds what is seen, in the space where `from_world` leads, and how unequal samples are.
 ///
 /// # Errors
 /// `Error::Shape` for a bug here.
@@ -16,12 +23,8 @@ pub(crate) fn add(
     image: &mut Image,
     seen: &[Features],
     film: &Film,
-    world: &World,
-    in_world: bool,
+    from_world: Option<Transform>,
 ) -> Result<(), Error> {
-    let camera = world.camera();
-    let half = CameraSample { film: Default::default(), lens: [0.5; 2], time: 0.5 };
-    let from_world = (!in_world).then(|| camera.world_from_camera(camera.time_of(&half)).inverse());
     let place = |p: [f32; 3]| from_world.map_or(p, |t| t.point(Point3::from_array(p)).to_array());
     let normal = |[x, y, z]: [f32; 3]| {
         let n = Normal3::new(x, y, z);

@@ -12,7 +12,7 @@ use clap::{Args, ValueHint};
 use steradian_image::write_bytes_atomically;
 use steradian_render::{Adaptive, Error, Film, Identity, Layers, Share, Snapshot};
 use steradian_sampling::Sampler;
-use steradian_scene::RenderSettings;
+use steradian_scene::{IntegratorKind, RenderSettings};
 
 use crate::failure::{Failure, reason};
 use crate::numbers::{ShardArg, Span};
@@ -140,12 +140,18 @@ pub(crate) fn share_name(share: Share) -> String {
         Share::Whole => "whole".into(),
         Share::Tiles(p) => format!("{}/{} by tiles", p.index + 1, p.count),
         Share::Samples(p) => format!("{}/{} by samples", p.index + 1, p.count),
+        Share::Blocks { part: p, .. } => format!("{}/{} by tiles and samples", p.index + 1, p.count),
     }
 }
 
 /// The share that `--shard` asks for.
-pub(crate) fn share(shard: Option<ShardArg>, bounds: [u32; 4]) -> Share {
-    shard.map_or(Share::Whole, |s| Share::of(&Film::new(bounds), s.0))
+pub(crate) fn share(shard: Option<ShardArg>, settings: &RenderSettings) -> Share {
+    match (shard, settings.integrator.kind) {
+        (None, _) => Share::Whole,
+        // Whoever has a pixel's iteration sends out all its photons.
+        (Some(s), IntegratorKind::Sppm(_)) => Share::Samples(s.0),
+        (Some(s), _) => Share::of(&Film::new(settings.film.pixel_bounds), s.0),
+    }
 }
 
 /// Reads a stored render.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueHint};
-use steradian_render::{Film, Part, Rendered, Share, Snapshot, differences, join, layer_width};
+use steradian_render::{Film, Part, Rendered, Seen, Snapshot, differences, join, layer_width};
 
 use crate::aov::{self, Aov};
 use crate::args::OutputArgs;
@@ -24,7 +24,7 @@ pub(crate) struct MergeArgs {
     #[command(flatten)]
     pub output: OutputArgs,
 
-    /// Add channels to the .exr that the sums tell: variance, samples, error; parts of the light are there if the parts have them
+    /// Add channels to the .exr that the sums tell: variance, samples, error; what the parts were rendered with is there anyway
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Output")]
     pub aov: Vec<Aov>,
 
@@ -38,9 +38,6 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
     let console = console.quiet(args.quiet);
     if args.output.output.is_empty() {
         return Err(Failure::Input("-o FILE says where the picture goes".into()));
-    }
-    if let Some(lost) = args.aov.iter().find(|a| !a.is_of_film()) {
-        return Err(Failure::Input(format!("--aov {}: parts know variance, samples and error only", lost.name())));
     }
     let outputs = Outputs::prepare(&args.output, None, false)?;
     let parts = args.parts.iter().map(|p| keep::read(p)).collect::<Result<Vec<_>, _>>()?;
@@ -59,7 +56,8 @@ pub(crate) fn run(args: &MergeArgs, console: &Console) -> Result<u8, Failure> {
         return Err(Failure::Input(format!("{}: it does not say what it keeps", args.parts[0].display())));
     }
     let taken = output::add_layers(&mut picture, &rendered.film, &names).map_err(of_us)?;
-    aov::add_of_film(&mut picture, &args.aov, &rendered.film).map_err(of_us)?;
+    let seen: Vec<&Seen> = parts.iter().filter_map(|p| p.seen.as_ref()).collect();
+    aov::add_of_parts(&mut picture, &args.aov, &seen, &rendered.film)?;
     let failed = outputs.write(&picture, Some(&variance), raw);
     if !failed.is_empty() {
         return Err(Failure::Environment(failed.join("\n")));
@@ -110,8 +108,5 @@ pub(crate) fn check(paths: &[PathBuf], parts: &[Snapshot], partial: bool) -> Res
 }
 
 fn part_of(snapshot: &Snapshot) -> Part {
-    match snapshot.share {
-        Share::Whole => Part { index: 0, count: 1 },
-        Share::Tiles(part) | Share::Samples(part) => part,
-    }
+    snapshot.share.part()
 }

@@ -107,7 +107,7 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
     ));
 
     let threads = args.run.threads.map_or_else(default_threads, usize::from);
-    let share = keep::share(args.keep.shard, world.settings().film.pixel_bounds);
+    let share = keep::share(args.keep.shard, world.settings());
     let goals = goals(args, world.settings(), share, &layers)?;
     let identity = keep::identity(world.settings(), &opened.hash, goals.adaptive, share, &layers);
     if let (Some(snapshot), Some(path)) = (&resume, &args.keep.checkpoint) {
@@ -179,10 +179,17 @@ fn write(
 ) -> (Vec<String>, Vec<Taken>) {
     let Extras { aovs, layers, world, oidn } = *extras;
     let (mut failed, mut taken) = (Vec::new(), Vec::new());
-    if watch.keeper.is_some() || part.is_some() {
-        let bytes = rendered.encode(&label);
-        failed.extend(watch.keeper.as_ref().and_then(|k| k.finish(&bytes).err()));
-        failed.extend(part.and_then(|path| keep::store(path, &bytes).err()));
+    if let Some(keeper) = &watch.keeper {
+        failed.extend(keeper.finish(&rendered.encode(&label)).err());
+    }
+    // A second signal ends the program at once; the first one, which ended the render, does not end this.
+    let go_on = AtomicBool::new(false);
+    if let Some(path) = part {
+        // A part that is not complete is gone on with or thrown away; either way nobody looks.
+        let (share, spp) = rendered.share();
+        let finished = rendered.outcome == Outcome::Finished;
+        let seen = finished.then(|| aov::seen(aovs, world, (share.part(), spp), threads, &go_on)).flatten().flatten();
+        failed.extend(keep::store(path, &rendered.encode_part(&label, seen.as_ref())).err());
     }
     if part.is_none() {
         let (mut picture, variance) = output::images(rendered, manifest, Some(threads));
@@ -190,8 +197,7 @@ fn write(
             Ok(found) => taken = found,
             Err(e) => failed.push(format!("what was kept beside the picture cannot be added: {e}")),
         }
-        // A second signal ends the program at once; the first one, which ended the render, does not end this.
-        match aov::add(&mut picture, aovs, rendered, world, threads, &AtomicBool::new(false)) {
+        match aov::add(&mut picture, aovs, rendered, world, threads, &go_on) {
             Ok(_) => {}
             Err(e) => failed.push(format!("the channels of --aov cannot be added: {e}")),
         }
@@ -276,12 +282,6 @@ fn prepare(args: &RenderArgs, part: Option<&Path>, scene_file: Option<&str>) -> 
         Some(Format::Png) => aov == Aov::Alpha,
         _ => false,
     };
-    if let (Some(_), Some(lost)) = (part, args.aov.iter().find(|a| !a.is_light())) {
-        return Err(Failure::Input(format!(
-            "--aov {}: a part keeps light only; merge adds variance, samples and error, and a render of its own what is seen",
-            lost.name()
-        )));
-    }
     if let Some(lost) = args.aov.iter().find(|&&aov| part.is_none() && !outputs.pictures.iter().any(|p| takes(p, aov)))
     {
         return Err(Failure::Input(format!("--aov {} needs an .exr to be written to", lost.name())));

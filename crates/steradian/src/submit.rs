@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum, ValueHint};
 use steradian_image::write_bytes_atomically;
 use steradian_render::{Layers, Part, Share};
 
+use crate::aov::Aov;
 use crate::args::{OutputArgs, PictureArgs};
 use crate::console::Console;
 use crate::failure::{DONE, ENVIRONMENT, Failure, reason};
@@ -79,6 +80,11 @@ pub(crate) struct SubmitArgs {
 
     #[command(flatten)]
     pub output: OutputArgs,
+
+    /// Channels for the .exr, as render takes them
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Output")]
+    pub aov: Vec<Aov>,
+
     #[command(flatten)]
     pub picture: PictureArgs,
 
@@ -105,7 +111,7 @@ pub(crate) fn run(args: &SubmitArgs, console: &Console) -> Result<u8, Failure> {
         return Err(Failure::Input("-o FILE says where the picture goes".into()));
     }
     if args.output.variance.is_some() {
-        return Err(Failure::Input("--variance: merge with --aov variance instead".into()));
+        return Err(Failure::Input("--variance: --aov variance is in the .exr instead".into()));
     }
     let job = prepare(args, &console)?;
     let (text, extension) = match args.scheduler {
@@ -143,12 +149,17 @@ fn prepare<'a>(args: &'a SubmitArgs, console: &Console) -> Result<Job<'a>, Failu
     let mut identity =
         keep::identity(&settings, &hash, steradian_render::Adaptive::No, share, &Layers::new(Vec::new(), &world));
     identity.insert("spp".into(), settings.sampler.spp.to_string());
+    let aovs: Vec<String> = args.aov.iter().map(|a| a.name()).collect();
+    identity.insert("aov".into(), aovs.join(","));
     let key = blake3::hash(format!("{identity:?}").as_bytes()).to_hex()[..16].to_owned();
     let name = args.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let stem = args.part_folder.join(format!("{name}-{key}")).to_string_lossy().into_owned();
     let scene = quoted(&args.scene.to_string_lossy());
     let (program, cores, parts) = (quoted(&args.program), args.cores, args.parts);
-    let options = overrides::as_typed(&args.picture);
+    let mut options = overrides::as_typed(&args.picture);
+    if !aovs.is_empty() {
+        let _ = write!(options, " --aov {}", aovs.join(","));
+    }
     let render =
         format!("{program} render {scene}{options} --threads {cores} --quiet --shard {{i}}/{parts} -o {{part}}");
     let mut merge = format!("{program} merge {}.*-of-{parts}.part", quoted(&stem));
@@ -330,5 +341,6 @@ mod tests {
         assert_ne!(plain, stem(&|a| a.picture.spp = Some(5)));
         assert_ne!(plain, stem(&|a| a.picture.seed = Some(5)));
         assert_ne!(plain, stem(&|a| a.parts = 4));
+        assert_ne!(plain, stem(&|a| a.aov = vec![Aov::Albedo]));
     }
 }

@@ -94,6 +94,11 @@ Shape "bilinearmesh" "point3 P" [ -9 -9 0  9 -9 0  -9 9 0  9 9 0 ]
         assert!((middle("dzdx") / pixel - 1.0).abs() < 0.05, "{} {pixel}", middle("dzdx"));
         near("dzdy", 0.0);
         assert!(middle("Variance.G") >= 0.0 && a.channel("RelativeVariance.B").is_some());
+        for i in 1..=2 {
+            f.ok(&format!("render {name}.pbrt -q --shard {i}/2 -o {i}.part"));
+        }
+        f.ok("merge 1.part 2.part -q -o m.exr");
+        assert_eq!(f.ok(&format!("compare --exact {name}.exr m.exr")), "identical\n");
     }
 }
 

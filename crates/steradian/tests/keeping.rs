@@ -253,6 +253,31 @@ fn channels_beside_the_picture() {
     assert_eq!(said, "error: --aov depth needs an .exr to be written to\n");
 }
 
+/// What is seen is looked at in rows, of which each part has some, whether its light is cut by samples or by tiles.
+#[test]
+fn channels_beside_the_picture_are_in_parts() {
+    let f = Folder::with_scene();
+    let all = "alpha,albedo,normal,depth,uv,motion,ids,crypto-object,crypto-material,direct,light-groups,variance,samples,error";
+    for (size, parts) in [("40x30", 3), ("200x90", 2)] {
+        let render = format!("render small.pbrt -q --size {size} --spp 6 --aov {all}");
+        f.ok(&format!("{render} -o whole.exr"));
+        for i in 1..=parts {
+            f.ok(&format!("{render} --shard {i}/{parts} -o {i}.part --threads {i}"));
+        }
+        let names: String = (1..=parts).rev().map(|i| format!(" {i}.part")).collect();
+        f.ok(&format!("merge{names} -q -o merged.exr"));
+        same(&f, "whole.exr", "merged.exr");
+    }
+    let said = fails(&f, 2, "merge 1.part 2.part -o x.exr --aov position");
+    assert_eq!(said, "error: --aov position: the parts do not have it; render them with --aov position\n");
+    f.ok("render small.pbrt -q --size 200x90 --spp 6 --aov depth --shard 1/2 -o 1.part");
+    f.ok("render small.pbrt -q --size 200x90 --spp 6 --aov alpha --shard 2/2 -o 2.part");
+    let said = fails(&f, 2, "merge 1.part 2.part -o x.exr");
+    assert_eq!(said, "error: the parts were rendered with different --aov\n");
+    f.ok("render small.pbrt -q --size 200x90 --spp 6 --shard 2/2 -o 2.part");
+    assert!(fails(&f, 2, "merge 1.part 2.part -o x.exr").contains("nobody has looked at row 1"));
+}
+
 #[test]
 fn an_image_tells_how_to_make_it_again() {
     let f = Folder::with_scene();

@@ -109,6 +109,24 @@ fn the_laboratory_refuses_what_would_not_end() {
     assert_eq!(f.list(), ["file"]);
 }
 
+/// Claims go to one stream as objects, how things are going to the other as words.
+#[test]
+fn the_laboratory_tells_programs_and_people_apart() {
+    let f = Folder::empty();
+    let ran = f.run("lab supersampling --quick --json -o lab");
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    for line in ran.out.lines() {
+        let claim = json(line);
+        let keys: Vec<&str> = claim.as_object().unwrap().keys().map(String::as_str).collect();
+        for key in ["topic", "claim", "predicted", "measured", "interval", "verdict"] {
+            assert!(keys.contains(&key), "{line}");
+        }
+        assert_eq!((&claim["topic"], &claim["verdict"]), (&"supersampling".into(), &"holds".into()));
+    }
+    assert!(ran.err.contains("1 of 1  supersampling"), "{}", ran.err);
+    assert_eq!(f.run("lab supersampling --quick --json -q -o lab").err, "");
+}
+
 #[test]
 fn switches_without_effect_are_named() {
     let f = Folder::with_scene();

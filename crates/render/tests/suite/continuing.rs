@@ -158,17 +158,15 @@ fn shares_join_to_the_whole() {
         run(task, &Quiet, &AtomicBool::new(false))
     };
     let whole = of_share(Share::Whole);
-    for count in [1, 3, 5] {
-        for by_tiles in [true, false] {
-            let mut parts: Vec<Snapshot> = (0..count)
-                .map(|index| {
-                    let part = Part { index, count };
-                    kept(&of_share(if by_tiles { Share::Tiles(part) } else { Share::Samples(part) }))
-                })
-                .collect();
+    for count in [1, 3, 6] {
+        for kind in
+            [Share::Tiles, Share::Samples, |part| Share::Blocks { part, groups: if part.count == 6 { 2 } else { 1 } }]
+        {
+            let mut parts: Vec<Snapshot> =
+                (0..count).map(|index| kept(&of_share(kind(Part { index, count })))).collect();
             parts.reverse();
             let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
-            assert!(join(whole.film.bounds, &films, 21).unwrap() == whole.film, "{count} {by_tiles}");
+            assert!(join(whole.film.bounds, &films, 21).unwrap() == whole.film, "{count} {:?}", parts[0].share);
         }
     }
 }
@@ -183,18 +181,17 @@ fn a_time_limit_ends_at_a_whole_pass() {
     assert_eq!(r.film.mean(), render(&world, &same, &Quiet, &AtomicBool::new(false)).film.mean());
 }
 
-/// Three parts of a render of `spp` samples, by tiles and by samples, have the bits of the whole.
+/// Four parts of a render of `spp` samples, by tiles, by samples and by both, have the bits of the whole.
 pub(crate) fn parts_join(world: &World, whole: &Rendered, spp: u32, what: &str) {
-    for by_tiles in [true, false] {
-        let parts: Vec<Snapshot> = [2, 0, 1]
+    for kind in [Share::Tiles, Share::Samples, |part| Share::Blocks { part, groups: 2 }] {
+        let parts: Vec<Snapshot> = [2, 0, 3, 1]
             .map(|index| {
-                let part = Part { index, count: 3 };
-                let share = if by_tiles { Share::Tiles(part) } else { Share::Samples(part) };
+                let share = kind(Part { index, count: 4 });
                 kept(&go(world, &Goals { share, ..Goals::default() }, 2, None, None).0)
             })
             .into();
         let films: Vec<&Film> = parts.iter().map(|p| &p.film).collect();
-        assert!(join(whole.film.bounds, &films, spp).unwrap() == whole.film, "{what}, by tiles: {by_tiles}");
+        assert!(join(whole.film.bounds, &films, spp).unwrap() == whole.film, "{what}: {:?}", parts[0].share);
     }
 }
 

@@ -27,7 +27,7 @@ use crate::{aov, denoise, keep, opened, overrides, render, stop};
 use pack::{Asking, Pack};
 use words::parse;
 
-pub use parts::{Joined, error_goal, join_parts, looks};
+pub use parts::{Joined, Joining, join_parts, looks, write};
 pub use words::{Asked, asked};
 
 /// One problem of a scene.
@@ -379,26 +379,56 @@ impl Held {
     }
 
     /// Renders a part: the words name it with `--shard I/N`. The bytes are those of the file that `steradian render` would write, unless
-    /// the render is to be cut by samples where it would be cut by tiles.
+    /// the render is to be cut by samples where it would be cut by tiles, or without what is seen besides light, which [`Held::seen`] then
+    /// has.
     ///
     /// # Errors
     /// As [`Held::render`]; a part that was interrupted is none.
-    pub fn part(&self, words: &[String], by_samples: bool, cancel: &AtomicBool) -> Result<Vec<u8>, Trouble> {
-        let args = parse(words)?;
-        if args.keep.shard.is_none() {
-            return Err(Trouble::Input("a part needs --shard I/N".into()));
-        }
-        if args.stop.is_open_ended() || args.stop.adaptive.is_some() {
-            return Err(Trouble::Input(
-                "a part has a fixed number of samples: no --time, --error or --adaptive".into(),
-            ));
-        }
+    pub fn part(
+        &self,
+        words: &[String],
+        (by_samples, light_only): (bool, bool),
+        cancel: &AtomicBool,
+    ) -> Result<Vec<u8>, Trouble> {
+        let args = part_words(words)?;
+        let stopped = || Trouble::Environment("interrupted".into());
         self.run(&args, by_samples, &Unwatched, cancel, |prepared, rendered| {
             if rendered.outcome != steradian_render::Outcome::Finished {
-                return Err(Trouble::Environment("interrupted".into()));
+                return Err(stopped());
             }
-            Ok(rendered.encode(&prepared.label))
+            let (share, spp) = rendered.share();
+            let look = || aov::seen(&args.aov, prepared.world, (share.part(), spp), prepared.threads, cancel);
+            let seen = if light_only { None } else { look().ok_or_else(stopped)? };
+            Ok(rendered.encode_part(&prepared.label, seen.as_ref()))
         })
+    }
+
+    /// What a part sees besides light, by itself: [`join_parts`] adds it to parts that have light only.
+    ///
+    /// # Errors
+    /// As [`Held::part`].
+    pub fn seen(&self, words: &[String], cancel: &AtomicBool) -> Result<Vec<u8>, Trouble> {
+        let args = part_words(words)?;
+        let mut scene = self.scene.clone();
+        overrides::apply(&args.picture, &mut scene, &Console::new().quiet(true));
+        let spp = args.stop.most_spp(args.picture.spp, scene.settings.sampler.spp);
+        let world = self.world(scene, overrides::as_typed(&args.picture), true)?;
+        let threads = args.run.threads.map_or_else(render::default_threads, usize::from);
+        let part = args.keep.shard.map_or(steradian_render::Part { index: 0, count: 1 }, |s| s.0);
+        let seen = aov::seen(&args.aov, &world, (part, spp), threads, cancel);
+        let seen = seen.ok_or_else(|| Trouble::Environment("interrupted".into()))?;
+        Ok(seen.unwrap_or_default().encode())
+    }
+
+    /// Whether a render with these words looks at the scene again for what is seen besides light.
+    ///
+    /// # Errors
+    /// Words that make no sense.
+    pub fn looks_again(&self, words: &[String]) -> Result<bool, Trouble> {
+        let args = parse(words)?;
+        let mut scene = self.scene.clone();
+        overrides::apply(&args.picture, &mut scene, &Console::new().quiet(true));
+        Ok(aov::looks_again(&args.aov, &scene.settings.film.kind))
     }
 
     /// What rendering needs. For the parts of one render it is made once.
@@ -438,7 +468,7 @@ impl Held {
         let threads = args.run.threads.map_or_else(render::default_threads, usize::from);
         let share = match args.keep.shard {
             Some(shard) if by_samples => Share::Samples(shard.0),
-            shard => keep::share(shard, world.settings().film.pixel_bounds),
+            shard => keep::share(shard, world.settings()),
         };
         let goals = render::goals(args, world.settings(), share, &layers)?;
         let hash = self.hash();
@@ -467,6 +497,18 @@ struct Prepared<'a> {
     manifest: Metadata,
     threads: usize,
     label: Label<'a>,
+}
+
+/// The words of a part.
+fn part_words(words: &[String]) -> Result<RenderArgs, Trouble> {
+    let args = parse(words)?;
+    if args.keep.shard.is_none() {
+        return Err(Trouble::Input("a part needs --shard I/N".into()));
+    }
+    if args.stop.is_open_ended() || args.stop.adaptive.is_some() {
+        return Err(Trouble::Input("a part has a fixed number of samples: no --time, --error or --adaptive".into()));
+    }
+    Ok(args)
 }
 
 fn reports(outcome: &LoadOutcome) -> Vec<Report> {

@@ -57,11 +57,6 @@ pub fn asked(words: &[String]) -> Result<Asked, Trouble> {
     }
     let typed = |text: String| crate::model_args::words(&text);
     let mut words = typed(overrides::as_typed(&args.picture) + &args.stop.as_typed());
-    let light: Vec<String> = args.aov.iter().filter(|a| a.is_light()).map(|a| a.name()).collect();
-    let of_film: Vec<String> = args.aov.iter().filter(|a| a.is_of_film()).map(|a| a.name()).collect();
-    if let Some(lost) = args.aov.iter().find(|a| !a.is_light() && !a.is_of_film()) {
-        return Err(Trouble::Input(format!("--aov {}: parts keep light only; render that by itself", lost.name())));
-    }
     let mut reading = Vec::new();
     args.picture.model.as_typed(|name, value| {
         reading.push(format!("--{name}"));
@@ -72,11 +67,9 @@ pub fn asked(words: &[String]) -> Result<Asked, Trouble> {
         writing.extend(["-o".to_owned(), path.display().to_string()]);
     }
     writing.extend(typed(args.output.as_typed()));
-    if !of_film.is_empty() {
-        writing.extend(["--aov".to_owned(), of_film.join(",")]);
-    }
-    if !light.is_empty() {
-        words.extend(["--aov".to_owned(), light.join(",")]);
+    if !args.aov.is_empty() {
+        let names: Vec<String> = args.aov.iter().map(|a| a.name()).collect();
+        words.extend(["--aov".to_owned(), names.join(",")]);
     }
     Ok(Asked {
         scene: args.scene,
@@ -94,7 +87,7 @@ pub fn asked(words: &[String]) -> Result<Asked, Trouble> {
     })
 }
 
-fn parse_all(words: &[String]) -> Result<RenderArgs, Trouble> {
+pub(super) fn parse_all(words: &[String]) -> Result<RenderArgs, Trouble> {
     let line = ["steradian", "render"].into_iter().map(String::from).chain(words.iter().cloned());
     let line = crate::with_criterion(line.map(Into::into).collect());
     match Cli::try_parse_from(line) {
