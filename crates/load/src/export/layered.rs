@@ -207,7 +207,7 @@ impl Writer<'_> {
     /// The parts of a surface under names of their own, and their mix.
     fn layered(&mut self, name: &str, l: &Layers, relief: &str) -> String {
         let paint = |w: &mut Self| w.paint(name, l, relief);
-        let metal = |w: &mut Self| w.metal_part(name, l) + relief;
+        let metal = |w: &mut Self| w.metal_part(name, l, relief);
         let glass = |w: &mut Self| w.glass(name, l) + relief;
         let mix = |w: &mut Self, key: &str, a: String, b: String, amount: &Flat| {
             let [first, second] = [format!("{name}-{key}1"), format!("{name}-{key}2")];
@@ -284,19 +284,26 @@ impl Writer<'_> {
         format!("\"mix\" \"string materials\" [ \"{first}\" \"{second}\" ] \"float amount\" {}", number(share))
     }
 
-    fn metal_part(&mut self, name: &str, l: &Layers) -> String {
+    fn metal_part(&mut self, name: &str, l: &Layers, relief: &str) -> String {
         let base = self.color_param(name, l.base.as_ref(), l.texture);
-        match &l.coat {
-            None => format!(
-                "\"conductor\" {base} {} \"bool remaproughness\" false",
-                self.alphas(name, "", "rough", &l.alpha)
-            ),
-            Some(coat) => {
-                let inner = self.alphas(name, "conductor.", "rough", &l.alpha);
-                let outer = self.alphas(name, "interface.", "coat", &[coat.clone(), coat.clone()]);
-                format!("\"coatedconductor\" {base} {inner} {outer} \"bool remaproughness\" false")
-            }
+        if let Some(coat) = &l.coat {
+            let inner = self.alphas(name, "conductor.", "rough", &l.alpha);
+            let outer = self.alphas(name, "interface.", "coat", &[coat.clone(), coat.clone()]);
+            return format!("\"coatedconductor\" {base} {inner} {outer} \"bool remaproughness\" false{relief}");
         }
+        let rough = self.alphas(name, "", "rough", &l.alpha);
+        let metal = format!("\"conductor\" {base} {rough} \"bool remaproughness\" false{relief}");
+        // What bounces between microfacets is lost in pbrt: nearly half of all light at an alpha of one, where metal looks dull anyhow.
+        let dull = (2.0 * l.alpha[0].mean().max(l.alpha[1].mean()) - 1.0).clamp(0.0, 1.0);
+        if dull < 0.05 {
+            return metal;
+        }
+        self.note("very rough metals are partly matte");
+        let matte = format!("\"diffuse\" {base}{relief}");
+        let [first, second] = [format!("{name}-bright"), format!("{name}-dull")];
+        self.make(&first, &metal);
+        self.make(&second, &matte);
+        format!("\"mix\" \"string materials\" [ \"{first}\" \"{second}\" ] \"float amount\" {}", number(dull))
     }
 
     fn glass(&mut self, name: &str, l: &Layers) -> String {

@@ -17,6 +17,8 @@ mod textures;
 mod upgrade;
 mod world;
 
+pub(crate) use curves::b_spline;
+
 use crate::files::{FileAccess, read_all};
 use images::LoadedImage;
 use materials::PendingMaterial;
