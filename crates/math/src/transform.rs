@@ -204,6 +204,17 @@ impl Transform {
         )
     }
 
+    /// Applies the inverse to a vector.
+    #[inline(always)]
+    pub fn inverse_vector(&self, v: Vec3) -> Vec3 {
+        let m = &self.inv;
+        Vec3::new(
+            m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z,
+            m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
+            m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z,
+        )
+    }
+
     /// Applies to a normal: the inverse transpose. The length is not kept.
     #[inline]
     pub fn normal(&self, n: Normal3) -> Normal3 {

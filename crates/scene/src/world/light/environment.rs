@@ -19,7 +19,6 @@ pub(super) struct Environment {
     scale: f32,
     mapping: EnvironmentMapping,
     world_from_light: Transform,
-    light_from_world: Transform,
     distribution: Option<Piecewise2D>,
     /// The same less its mean: where lobes find the rest.
     beside_lobes: Option<Piecewise2D>,
@@ -91,12 +90,11 @@ impl Environment {
         let distribution = Piecewise2D::new(values, w, h);
         // A map without features has no peaks.
         let beside_lobes = Piecewise2D::new(peaks, w, h).or_else(|| distribution.clone());
-        let light_from_world = world_from_light.inverse();
-        Self { image, scale, mapping, world_from_light, light_from_world, distribution, beside_lobes }
+        Self { image, scale, mapping, world_from_light, distribution, beside_lobes }
     }
 
     fn local(&self, d: Vec3) -> Vec3 {
-        self.light_from_world.vector(d).normalize()
+        self.world_from_light.inverse_vector(d).normalize()
     }
 
     fn square_of(&self, local: Vec3) -> [f32; 2] {

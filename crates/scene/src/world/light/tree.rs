@@ -147,9 +147,7 @@ impl<const N: usize> Many<N> {
     #[inline(always)]
     fn part(v: &Eight, first: usize) -> Self {
         let mut out = Self([0.0; N]);
-        for i in 0..N {
-            out.0[i] = v[first + i];
-        }
+        out.0.copy_from_slice(&v[first..first + N]);
         out
     }
 
