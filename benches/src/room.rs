@@ -1,11 +1,15 @@
 //! A room seen from its open side: five walls, a lamp, and either two boxes or twenty bumpy spheres of as many triangles as wanted.
 
-use steradian_math::{PI, Point3, Vec3, cos, sin, sin_cos};
+use steradian_geometry::{Accel, InputTriangle};
+use steradian_math::{Frame, PI, Point3, Ray, Vec3, cos, sin, sin_cos};
 use steradian_sampling::Rng;
+use steradian_sampling::warp::square_to_cosine_hemisphere;
 
 /// Three corners.
 pub type Corners = [Point3; 3];
 
+/// Rays along one side of the picture.
+const SIDE: usize = 512;
 /// Where the rays start.
 pub const EYE: Point3 = Point3::new(0.0, 0.2, -2.9);
 /// Where shadow rays end.
@@ -64,4 +68,33 @@ pub fn blobs(count: usize) -> Vec<Corners> {
         }
     }
     t
+}
+
+/// The triangles as a tree takes them.
+pub fn input(triangles: &[Corners]) -> Vec<InputTriangle> {
+    triangles.iter().zip(0..).map(|(&p, id)| InputTriangle { p, id, filtered: false }).collect()
+}
+
+/// Rays from the eye, one diffuse bounce from where they hit, and from there towards the lamp.
+pub fn rays(accel: &Accel, triangles: &[Corners]) -> [Vec<Ray>; 3] {
+    let mut rng = Rng::new(1, 0);
+    let primary: Vec<Ray> = (0..SIDE * SIDE)
+        .map(|i| {
+            let (x, y) = ((i % SIDE) as f32 + rng.f32(), (i / SIDE) as f32 + rng.f32());
+            let d = Vec3::new(x / SIDE as f32 * 2.0 - 1.0, 1.0 - y / SIDE as f32 * 2.0, 2.0).normalize();
+            Ray::new(EYE, d, 0.0)
+        })
+        .collect();
+    let (mut diffuse, mut shadow) = (Vec::new(), Vec::new());
+    for ray in &primary {
+        if let Some(h) = accel.closest(ray, |_, _| None, |_, _, _, _| true) {
+            let p = triangles[h.id as usize];
+            let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize().face_forward(-ray.d);
+            let o = ray.at(h.t) + n * 1e-4;
+            let local = square_to_cosine_hemisphere(rng.f32_2d());
+            diffuse.push(Ray::new(o, Frame::from_z(n).from_local(local), 0.0));
+            shadow.push(Ray { t_max: 0.999, ..Ray::new(o, LAMP - o, 0.0) });
+        }
+    }
+    [primary, diffuse, shadow]
 }

@@ -81,8 +81,9 @@ def measure(options: argparse.Namespace, parser: argparse.ArgumentParser) -> int
         (out / "raw.json").write_text(json.dumps(run.record, indent=1) + "\n")
         report.write(out)
     rays(out, options.quick)
+    growth(out, options.quick)
     report.write(out)
-    plots.write(run.record, out)
+    plots.write(report.load(out), out)
     print("\n".join(report.summary(report.load(out))))
     if options.readme:
         report.into_readme(ROOT / "README.md", out, ROOT)
@@ -96,6 +97,7 @@ def again(out: Path, work: Path) -> None:
 
     record = report.load(out)
     record.pop("rays")
+    record.pop("growth")
     present = [v for v in variants.VARIANTS if v.key in record["variants"]]
     run = session.Session(session.Plan(list(record["scenes"]), present, [], record["rounds"], record["shrink"], work.resolve() / _state()), {})
     run.record = record
@@ -103,7 +105,7 @@ def again(out: Path, work: Path) -> None:
         run.figures(name, {key: figure["failed"] for key, figure in figures.items() if "failed" in figure})
     (out / "raw.json").write_text(json.dumps(record, indent=1) + "\n")
     report.write(out)
-    plots.write(record, out)
+    plots.write(report.load(out), out)
 
 
 def rays(out: Path, quick: bool) -> None:
@@ -120,6 +122,21 @@ def rays(out: Path, quick: bool) -> None:
         child.run([program, "--embree", str(libraries[0]), "--json", str(out / "rays.json"), *some])
     except child.Failed as failed:
         print(f"rays: not measured: {failed}")
+
+
+def growth(out: Path, quick: bool) -> None:
+    """How Steradian grows with triangles, lights, threads and samples, where GROWTH names that benchmark."""
+    from . import measure as child
+
+    program = os.environ.get("GROWTH")
+    if not program:
+        print("growth: not measured")
+        return
+    some = ["--most", "10000", "--rounds", "1"] if quick else []
+    try:
+        child.run([program, "--json", str(out / "growth.json"), *some])
+    except child.Failed as failed:
+        print(f"growth: not measured: {failed}")
 
 
 def _today() -> str:

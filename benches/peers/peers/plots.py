@@ -12,6 +12,8 @@ matplotlib.rcParams["svg.hashsalt"] = "steradian"
 
 from matplotlib import pyplot as plt  # noqa: E402
 
+from .report import curves  # noqa: E402
+
 COLORS = {"steradian": "#c0392b", "mitsuba": "#2471a3", "cycles": "#d68910", "pbrt": "#1e8449"}
 STYLES = {"independent": ":", "": "-", "AUTOMATIC": "-"}
 
@@ -35,4 +37,23 @@ def write(raw: dict[str, Any], folder: Path) -> None:
         axes.grid(True, which="both", alpha=0.25)
         axes.legend(fontsize=7)
         figure.savefig(folder / f"{scene}.svg", metadata={"Date": None})
+        plt.close(figure)
+    if raw["growth"]:
+        growth(raw["growth"], folder)
+
+
+def growth(rows: list[dict[str, Any]], folder: Path) -> None:
+    """Time against triangles and against lights, log-log."""
+    for what, unit, label in (("triangles", "ns a ray", "triangles"), ("lights", "ns a path", "emitting triangles")):
+        cases = {case: points for (grows_with, case, u), points in curves(rows).items() if (grows_with, u) == (what, unit)}
+        if not cases:
+            continue
+        figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
+        for case, points in cases.items():
+            axes.loglog(*zip(*points), marker="o", label=case)
+        axes.set_xlabel(label)
+        axes.set_ylabel(f"{unit}, one thread")
+        axes.grid(True, which="both", alpha=0.25)
+        axes.legend()
+        figure.savefig(folder / f"growth-{what}.svg", metadata={"Date": None})
         plt.close(figure)

@@ -22,10 +22,11 @@ def write(folder: Path) -> None:
 
 
 def load(folder: Path) -> Raw:
-    """What was measured, with the rays against Embree where somebody put them there as rays.json."""
+    """What was measured, with the rays against Embree and the growth, where they were measured too."""
     raw: Raw = json.loads((folder / "raw.json").read_text())
-    rays = folder / "rays.json"
-    raw["rays"] = json.loads(rays.read_text()) if rays.exists() else None
+    for name in ("rays", "growth"):
+        file = folder / f"{name}.json"
+        raw[name] = json.loads(file.read_text()) if file.exists() else None
     return raw
 
 
@@ -54,7 +55,27 @@ def table(raw: Raw) -> str:
                   "| mesh | | primary | diffuse | shadow | built in s | bytes a triangle |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
         lines += [f"| {r['scene']} | {r['engine']} | {r['primary']:.2f} | {r['diffuse']:.2f} | {r['shadow']:.2f} | {r['build_seconds']:.3f} "
                   f"| {r['bytes_per_triangle']:.0f} |" for r in raw["rays"]]
+    if raw["growth"]:
+        lines += ["", "## Growth of Steradian", "", "`cargo run --release -p benches --bin growth`; plots: growth-triangles.svg, growth-lights.svg. "
+                  "The slope is that of the line in log-log from the first to the last figure.", "",
+                  "| with | | figures | slope |", "| --- | --- | --- | ---: |"]
+        for (grows_with, case, unit), points in curves(raw["growth"]).items():
+            figures = ", ".join(f"{x:,.0f}: {y:.4g}" for x, y in points)
+            lines.append(f"| {grows_with} | {case}, {unit} | {figures} | {_slope(points):.2f} |")
     return "\n".join(lines) + "\n"
+
+
+def curves(growth: list[dict[str, Any]]) -> dict[tuple[str, str, str], list[tuple[float, float]]]:
+    """The points of each case."""
+    found: dict[tuple[str, str, str], list[tuple[float, float]]] = {}
+    for r in growth:
+        found.setdefault((r["grows_with"], r["case"], r["unit"]), []).append((r["x"], r["y"]))
+    return found
+
+
+def _slope(points: list[tuple[float, float]]) -> float:
+    (x0, y0), (x1, y1) = points[0], points[-1]
+    return math.log(y1 / y0) / math.log(x1 / x0) if x1 > x0 else math.nan
 
 
 def summary(raw: Raw, brief: bool = False) -> list[str]:

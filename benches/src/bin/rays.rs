@@ -6,16 +6,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use benches::embree::{Embree, Quality};
-use benches::room::{self, Corners, EYE, LAMP};
+use benches::room::{self, Corners};
 use serde::Serialize;
 use steradian_bvh::available_levels;
-use steradian_geometry::{Accel, InputTriangle};
-use steradian_math::{Frame, Ray, Vec3};
-use steradian_sampling::Rng;
-use steradian_sampling::warp::square_to_cosine_hemisphere;
-
-/// Rays along one side of the picture.
-const SIDE: usize = 512;
+use steradian_geometry::Accel;
+use steradian_math::Ray;
 
 /// How many of the rays hit.
 type Count<'a> = Box<dyn Fn(&[Ray]) -> usize + 'a>;
@@ -45,30 +40,6 @@ struct Row {
     shadow: f64,
     /// How many of the rays hit, of each kind.
     hits: [usize; 3],
-}
-
-/// Rays from the eye, one diffuse bounce from where they hit, and from there towards the lamp.
-fn rays(accel: &Accel, triangles: &[Corners]) -> [Vec<Ray>; 3] {
-    let mut rng = Rng::new(1, 0);
-    let primary: Vec<Ray> = (0..SIDE * SIDE)
-        .map(|i| {
-            let (x, y) = ((i % SIDE) as f32 + rng.f32(), (i / SIDE) as f32 + rng.f32());
-            let d = Vec3::new(x / SIDE as f32 * 2.0 - 1.0, 1.0 - y / SIDE as f32 * 2.0, 2.0).normalize();
-            Ray::new(EYE, d, 0.0)
-        })
-        .collect();
-    let (mut diffuse, mut shadow) = (Vec::new(), Vec::new());
-    for ray in &primary {
-        if let Some(h) = accel.closest(ray, |_, _| None, |_, _, _, _| true) {
-            let p = triangles[h.id as usize];
-            let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize().face_forward(-ray.d);
-            let o = ray.at(h.t) + n * 1e-4;
-            let local = square_to_cosine_hemisphere(rng.f32_2d());
-            diffuse.push(Ray::new(o, Frame::from_z(n).from_local(local), 0.0));
-            shadow.push(Ray { t_max: 0.999, ..Ray::new(o, LAMP - o, 0.0) });
-        }
-    }
-    [primary, diffuse, shadow]
 }
 
 fn ours<'a>(accel: &'a Accel, name: String, build_seconds: f64) -> Engine<'a> {
@@ -120,8 +91,7 @@ fn options() -> Result<Options, String> {
 
 /// Measures all engines on one scene, turn by turn, and keeps each one's best turn.
 fn measure(scene: &str, triangles: &[Corners], options: &Options) -> Result<Vec<Row>, String> {
-    let input: Vec<InputTriangle> =
-        triangles.iter().zip(0..).map(|(&p, id)| InputTriangle { p, id, filtered: false }).collect();
+    let input = room::input(triangles);
     let start = Instant::now();
     let mut accel = Accel::build(&input, &[]).map_err(|e| e.to_string())?;
     let build_seconds = start.elapsed().as_secs_f64();
@@ -142,7 +112,7 @@ fn measure(scene: &str, triangles: &[Corners], options: &Options) -> Result<Vec<
             others.push((name, Embree::build(library, "threads=1,set_affinity=0", quality, triangles)?));
         }
     }
-    let rays = rays(&accel, triangles);
+    let rays = room::rays(&accel, triangles);
     let label = format!("{:?}", accel.level());
     let mut engines =
         vec![ours(&accel, format!("Steradian {}", label.split('(').next().unwrap_or_default()), build_seconds)];

@@ -350,19 +350,22 @@ impl Builder {
 }
 
 impl Bvh {
-    /// Builds a tree over boxes. No primitives give an empty tree.
+    /// Builds a tree over boxes, which are read once and numbered as they come. No primitives give an empty tree.
     ///
     /// Runs on several threads if called inside a rayon pool; the result does not depend on that.
     ///
     /// # Errors
     /// If a box is not finite or is empty, a kind is not 0 or 1, or there are too many primitives.
-    pub fn build(primitives: &[Primitive], options: &BuildOptions) -> Result<Self, BuildError> {
+    pub fn build(
+        primitives: impl ExactSizeIterator<Item = Primitive>,
+        options: &BuildOptions,
+    ) -> Result<Self, BuildError> {
         if primitives.len() > MAX_PRIMITIVES {
             return Err(BuildError::TooMany { count: primitives.len() });
         }
         let mut refs = Vec::with_capacity(primitives.len());
         let mut extent = Extent::EMPTY;
-        for (i, p) in primitives.iter().enumerate() {
+        for (i, p) in primitives.enumerate() {
             let b = &p.bounds;
             if b.is_empty() || !b.min.is_finite() || !b.max.is_finite() {
                 return Err(BuildError::BadBounds { primitive: i });

@@ -26,7 +26,7 @@ fn exact_entry(b: &Bounds3, ray: &Ray) -> Option<f64> {
 
 /// All traversals must visit every primitive whose box the ray exactly enters, and find the same nearest box.
 fn check(primitives: &[Primitive], options: &BuildOptions, rays: &[Ray]) {
-    let mut bvh = Bvh::build(primitives, options).expect("boxes are finite");
+    let mut bvh = Bvh::build(primitives.iter().copied(), options).expect("boxes are finite");
     bvh.validate(primitives).expect("the tree is valid");
     for ray in rays {
         let entries: Vec<Option<f64>> = primitives.iter().map(|p| exact_entry(&p.bounds, ray)).collect();
@@ -164,19 +164,25 @@ fn boxes_that_are_not_finite_are_refused() {
         let mut p = good;
         p.bounds.max.y = bad;
         assert_eq!(
-            Bvh::build(&[good, p], &BuildOptions::default()).err(),
+            Bvh::build([good, p].into_iter(), &BuildOptions::default()).err(),
             Some(BuildError::BadBounds { primitive: 1 })
         );
     }
     let empty = Primitive { bounds: Bounds3::EMPTY, kind: 0 };
-    assert!(matches!(Bvh::build(&[empty], &BuildOptions::default()), Err(BuildError::BadBounds { primitive: 0 })));
+    assert!(matches!(
+        Bvh::build([empty].into_iter(), &BuildOptions::default()),
+        Err(BuildError::BadBounds { primitive: 0 })
+    ));
     let kind = Primitive { kind: 2, ..good };
-    assert!(matches!(Bvh::build(&[kind], &BuildOptions::default()), Err(BuildError::BadKind { primitive: 0 })));
+    assert!(matches!(
+        Bvh::build([kind].into_iter(), &BuildOptions::default()),
+        Err(BuildError::BadKind { primitive: 0 })
+    ));
 }
 
 #[test]
 fn rays_that_are_none_reach_nothing() {
-    let bvh = Bvh::build(&[primitive([-1.0; 3], [1.0; 3], 0)], &BuildOptions::default()).unwrap();
+    let bvh = Bvh::build([primitive([-1.0; 3], [1.0; 3], 0)].into_iter(), &BuildOptions::default()).unwrap();
     let x = Vec3::new(1.0, 0.0, 0.0);
     let nan = f32::NAN;
     let o = Point3::default();
@@ -206,9 +212,9 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
             primitive(a, [a[0] + 0.01 * next(), a[1] + 0.01, a[2]], (i % 7 == 0) as u8)
         })
         .collect();
-    let alone = Bvh::build(&boxes, &BuildOptions::default()).unwrap();
+    let alone = Bvh::build(boxes.iter().copied(), &BuildOptions::default()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
-    let together = pool.install(|| Bvh::build(&boxes, &BuildOptions::default()).unwrap());
+    let together = pool.install(|| Bvh::build(boxes.iter().copied(), &BuildOptions::default()).unwrap());
     assert_eq!(alone.order(), together.order());
     assert_eq!(format!("{:?}", alone.nodes()), format!("{:?}", together.nodes()));
     alone.validate(&boxes).unwrap();

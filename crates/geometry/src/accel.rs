@@ -105,35 +105,48 @@ impl Accel {
     /// # Errors
     /// If anything is not finite, or there is too much of it.
     pub fn build(triangles: &[InputTriangle], others: &[Bounds3]) -> Result<Self, AccelError> {
-        let mut primitives = Vec::with_capacity(triangles.len() + others.len());
+        Self::build_from(triangles.len(), |i| triangles[i], others)
+    }
+
+    /// As [`Accel::build`], asking for each of `count` triangles by its number, two or three times, so that millions of them need not be kept twice.
+    ///
+    /// # Errors
+    /// As [`Accel::build`].
+    pub fn build_from(
+        count: usize,
+        triangle: impl Fn(usize) -> InputTriangle,
+        others: &[Bounds3],
+    ) -> Result<Self, AccelError> {
         // The index of each primitive in its list: triangles without area leave gaps.
-        let mut source = Vec::with_capacity(triangles.len() + others.len());
-        for (i, t) in triangles.iter().enumerate() {
+        let mut source = Vec::with_capacity(count + others.len());
+        for i in 0..count {
+            let t = triangle(i);
             if t.id >= FILTERED {
                 return Err(AccelError::BadId { id: t.id });
             }
             if !t.p.iter().all(|p| p.is_finite()) {
                 return Err(AccelError::BadTriangle { id: t.id });
             }
-            let triangle = Triangle { p: t.p };
-            if !triangle.is_degenerate() {
-                primitives.push(Primitive { bounds: triangle.bounds(), kind: TRIANGLE });
+            if !(Triangle { p: t.p }).is_degenerate() {
                 source.push(i as u32);
             }
         }
-        let triangle_count = primitives.len();
-        for (i, &bounds) in others.iter().enumerate() {
-            primitives.push(Primitive { bounds, kind: OTHER });
-            source.push(i as u32);
-        }
+        let triangle_count = source.len();
+        source.extend(0..others.len() as u32);
+        let primitives = source.iter().enumerate().map(|(position, &i)| {
+            if position < triangle_count {
+                Primitive { bounds: Triangle { p: triangle(i as usize).p }.bounds(), kind: TRIANGLE }
+            } else {
+                Primitive { bounds: others[i as usize], kind: OTHER }
+            }
+        });
         let options = BuildOptions { leaf_size: [LANES, 1], unit: [LANES, 1] };
-        let mut bvh = Bvh::build(&primitives, &options).map_err(|e| match e {
+        let mut bvh = Bvh::build(primitives, &options).map_err(|e| match e {
             BuildError::TooMany { count } => AccelError::TooMany { count },
             BuildError::BadBounds { primitive } | BuildError::BadKind { primitive } => {
                 AccelError::BadBounds { index: primitive - triangle_count }
             }
         })?;
-        drop(primitives);
         let mut block_count = 0;
         bvh.for_each_leaf(|leaf| block_count += usize::from(leaf.kind == u32::from(TRIANGLE)));
         let (mut blocks, mut other_ids) = (Vec::with_capacity(block_count), Vec::with_capacity(others.len()));
@@ -143,7 +156,7 @@ impl Accel {
             if leaf.kind == u32::from(TRIANGLE) {
                 let mut block = TriangleBlock::EMPTY;
                 for (lane, member) in members.enumerate() {
-                    let t = &triangles[member as usize];
+                    let t = triangle(member as usize);
                     block.set(lane, &Triangle { p: t.p }, t.id | if t.filtered { FILTERED } else { 0 });
                 }
                 blocks.push(block);
@@ -154,7 +167,7 @@ impl Accel {
                 Leaf { first, ..leaf }
             }
         });
-        Ok(Self { bvh, blocks, others: other_ids, dropped: triangles.len() - triangle_count })
+        Ok(Self { bvh, blocks, others: other_ids, dropped: count - triangle_count })
     }
 
     /// The box around everything; empty if there is nothing.

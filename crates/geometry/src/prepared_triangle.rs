@@ -47,8 +47,9 @@ impl PreparedTriangle {
         Some(Self { triangle, n, inv_area, centre, far2: far * far, p_error })
     }
 
+    /// Whether points are taken by area from there.
     #[inline]
-    fn is_far(&self, from: Point3) -> bool {
+    pub fn is_far(&self, from: Point3) -> bool {
         from.distance_squared(self.centre) > self.far2
     }
 
@@ -74,9 +75,38 @@ impl PreparedTriangle {
 
     #[inline]
     fn area_pdf(&self, from: Point3, p: Point3) -> f32 {
-        let d = p - from;
+        Self::density(self.inv_area, self.n, p - from)
+    }
+
+    /// The density per solid angle of a uniform point of a triangle with normal `n`, that lies at `d` from where it is seen.
+    #[inline(always)]
+    pub fn density(inv_area: f32, n: Normal3, d: Vec3) -> f32 {
         let d2 = d.length_squared();
-        self.inv_area * d2 * d2.sqrt() / self.n.abs_dot(d)
+        inv_area * d2 * d2.sqrt() / n.abs_dot(d)
+    }
+
+    /// The corners.
+    #[inline]
+    pub fn corners(&self) -> [Point3; 3] {
+        self.triangle.p
+    }
+
+    /// The normal on the outside of the mesh.
+    #[inline]
+    pub fn normal(&self) -> Normal3 {
+        self.n
+    }
+
+    /// One over the area.
+    #[inline]
+    pub fn inv_area(&self) -> f32 {
+        self.inv_area
+    }
+
+    /// Bound on the error of a point of the triangle.
+    #[inline]
+    pub fn p_error(&self) -> Vec3 {
+        self.p_error
     }
 
     /// The density per solid angle with which [`PreparedTriangle::sample_solid_angle`] gives the direction to `p`.

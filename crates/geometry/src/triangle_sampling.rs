@@ -29,13 +29,13 @@ impl Triangle {
     }
 
     /// The unit normal `(p1 - p0) x (p2 - p0)`; not finite if the triangle has no area.
-    #[inline]
+    #[inline(always)]
     pub fn normal(&self) -> Normal3 {
         (self.p[1] - self.p[0]).cross(self.p[2] - self.p[0]).normalize().to_normal()
     }
 
     /// The point with barycentric coordinates `b1`, `b2`, and a bound on its error.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, b1: f32, b2: f32) -> (Point3, Vec3) {
         let [p0, p1, p2] = [self.p[0] * (1.0 - b1 - b2), self.p[1] * b1, self.p[2] * b2];
         let sum = p0.abs() + p1.abs() + p2.abs();

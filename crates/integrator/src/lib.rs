@@ -2,6 +2,7 @@
 //!
 //! An integrator cannot fail, cannot block, has no clock, and no random numbers but the sampler's.
 
+mod batch;
 mod bidirectional;
 mod debug;
 mod distribution;
@@ -20,6 +21,7 @@ mod switched;
 mod volpath;
 mod whitted;
 
+pub use batch::Batch;
 pub use bidirectional::{Bdpt, LightPath, Paths};
 pub use debug::{AmbientOcclusion, View};
 pub use distribution::Distribution;
@@ -57,6 +59,19 @@ impl<'w> Scratch<'w> {
     pub fn paths(&mut self) -> &mut Paths<'w> {
         &mut self.paths
     }
+}
+
+/// Lens and time of a sample of the film, the time unless it is given.
+#[inline]
+pub(crate) fn camera_sample<N: Numbers>(
+    world: &World,
+    film: Point2,
+    time: Option<f32>,
+    numbers: &mut N,
+) -> CameraSample {
+    let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
+    let moment = |numbers: &mut N| if world.has_motion() { numbers.one(Domain::Time) } else { 0.5 };
+    CameraSample { film, lens, time: time.unwrap_or_else(|| moment(numbers)) }
 }
 
 /// The algorithms.
@@ -159,13 +174,8 @@ impl Integrator {
         if let Self::Distribution(d) = self {
             return d.film_radiance(world, film, wavelengths, numbers, record);
         }
-        let lens = if world.camera().has_lens() { numbers.two(Domain::Lens) } else { [0.5, 0.5] };
-        let time = match self {
-            Self::Sppm(sppm) => sppm.time(scratch.sample),
-            _ if world.has_motion() => numbers.one(Domain::Time),
-            _ => 0.5,
-        };
-        let sample = CameraSample { film, lens, time };
+        let time = if let Self::Sppm(sppm) = self { Some(sppm.time(scratch.sample)) } else { None };
+        let sample = camera_sample(world, film, time, numbers);
         if let Self::Sppm(sppm) = self {
             let index = scratch.sample;
             let map = match &scratch.photons {

@@ -6,10 +6,11 @@
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Bounce, Contribution, RayKind, Record, Technique, Vertex};
 use crate::subsurface;
+use std::ops::ControlFlow;
 use steradian_bsdf::{Bsdf, Lobe, Lobes, TransportMode};
-use steradian_math::{Frame, Ray, Vec3};
+use steradian_math::{Frame, Ray, RayDifferential, Vec3};
 use steradian_sampling::mis::power_weight;
-use steradian_scene::{CameraRay, LightContext, Shading, Surface, Techniques, World};
+use steradian_scene::{CameraRay, Hit, LightContext, Shading, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Path tracing up to a number of bounces.
@@ -19,6 +20,47 @@ pub struct Path {
     pub max_depth: u32,
     /// Roughen lobes after the first non-specular bounce; biased.
     pub regularize: bool,
+}
+
+/// How far a path has come.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Walk {
+    /// Where it goes on.
+    pub ray: Ray,
+    /// The neighbours of that ray, where textures care.
+    pub differential: Option<RayDifferential>,
+    /// Light found so far.
+    pub radiance: Lanes,
+    /// Throughput.
+    pub beta: Lanes,
+    /// Squared relative index of refraction along the path.
+    pub eta_scale: f32,
+    /// Bounces so far.
+    pub depth: u32,
+    /// The density of the last lobe sample.
+    pub p_lobe: f32,
+    /// The point that it was taken at: what light sampling competes with there. `None` after a Dirac lobe.
+    pub previous: Option<LightContext>,
+    /// Whether any lobe was not Dirac.
+    pub any_non_specular: bool,
+}
+
+impl Walk {
+    /// At the camera.
+    #[inline]
+    pub fn new(camera_ray: &CameraRay) -> Self {
+        Self {
+            ray: camera_ray.ray,
+            differential: camera_ray.differential,
+            radiance: Lanes::ZERO,
+            beta: Lanes::ONE,
+            eta_scale: 1.0,
+            depth: 0,
+            p_lobe: 0.0,
+            previous: None,
+            any_non_specular: false,
+        }
+    }
 }
 
 impl Path {
@@ -31,187 +73,173 @@ impl Path {
         numbers: &mut N,
         record: &mut R,
     ) -> Lanes {
-        let mut ray = camera_ray.ray;
-        let mut differential = camera_ray.differential;
-        let mut radiance = Lanes::ZERO;
-        // Throughput, squared relative index of refraction along the path, bounces so far.
-        let mut beta = Lanes::ONE;
-        let mut eta_scale = 1.0;
-        let mut depth = 0;
-        // The density of the last lobe sample, and the point it was taken at: what light sampling competes with there.
-        let mut p_lobe = 0.0;
-        let mut previous: Option<LightContext> = None;
-        let mut any_non_specular = false;
+        let mut walk = Walk::new(camera_ray);
         record.ray(RayKind::Camera);
-
         loop {
             // Find where the ray ends.
-            let Some(hit) = record::intersect(world, &ray, record) else {
-                self.add_environment(
-                    world,
-                    &ray,
-                    wavelengths,
-                    (beta, p_lobe, depth),
-                    previous.as_ref(),
-                    &mut radiance,
-                    record,
-                );
+            let Some(hit) = record::intersect(world, &walk.ray, record) else {
+                self.escape(world, &mut walk, wavelengths, record);
                 break;
             };
-            let mut surface = world.surface(&ray, &hit);
-
-            // Add emission of the surface, weighted against light sampling at the previous vertex.
-            if surface.is_emitter() {
-                let emitted = world.emitted(&surface, wavelengths);
-                if !emitted.is_black() {
-                    let p_light = match (&previous, surface.light) {
-                        (Some(c), Some(light)) => world.light_pdf(c, light, ray.d, Some(&surface)),
-                        _ => 0.0,
-                    };
-                    let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
-                    let value = beta * emitted * weight;
-                    radiance += value;
-                    if R::LIGHT {
-                        record.contribution(Contribution {
-                            depth,
-                            technique: Technique::Hit,
-                            light: surface.light,
-                            direction: ray.d,
-                            end: Some(surface.p),
-                            pdf: p_lobe,
-                            other_pdf: p_light,
-                            weight,
-                            value,
-                            occluded: false,
-                        });
-                    }
-                }
-            }
-            if depth == self.max_depth {
+            if self.bounce(world, &hit, &mut walk, wavelengths, numbers, record).is_break() {
                 break;
-            }
-
-            // Evaluate the material; a surface without one is passed through.
-            let Some(Shading { frame, mut bsdf }) =
-                world.shading(&mut surface, &ray, differential.as_ref(), wavelengths)
-            else {
-                ray = surface.continue_ray(&ray);
-                continue;
-            };
-            if self.regularize && any_non_specular {
-                bsdf.regularize();
-            }
-            if R::DETAILED {
-                record.vertex(Vertex::on(world, depth, (&surface, &frame), &bsdf, beta));
-            }
-            depth += 1;
-
-            // Sample a light.
-            let wo = frame.to_local(-ray.d);
-            let context = LightContext::of_surface(&surface, &frame).beside_lobes();
-            let vertex = PathVertex { surface: &surface, frame: &frame, bsdf: &bsdf, wo, context: &context };
-            add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);
-
-            // Sample the lobe for the next direction.
-            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
-            let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
-            beta *= sample.weight;
-            let mut specular = sample.flags.contains(Lobes::SPECULAR);
-            let mut transmission = sample.flags.contains(Lobes::TRANSMISSION);
-            p_lobe =
-                if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
-            previous = if specular { None } else { Some(context) };
-            any_non_specular |= !specular;
-            if transmission {
-                eta_scale *= sample.eta * sample.eta;
-            }
-            let mut wi = frame.from_local(sample.wi);
-            let mut weight = sample.weight;
-            differential = differential.and_then(|d| surface.scattered_differential(&ray, &d, &frame, wi, &sample));
-            ray = surface.spawn_ray(wi);
-            record.ray(RayKind::Scattered);
-
-            // What goes into something translucent comes out elsewhere, and goes on from there.
-            if transmission
-                && world.has_subsurface()
-                && let Some(inside) = world.subsurface(&surface, wavelengths)
-            {
-                let Some(exit) = subsurface::exit(world, (&surface, &frame), &inside, wavelengths, numbers, record)
-                else {
-                    break;
-                };
-                if R::DETAILED {
-                    record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival: 1.0 });
-                    record.vertex(Vertex::on(
-                        world,
-                        depth,
-                        (&exit.surface, &exit.frame),
-                        &exit.bsdf,
-                        beta * exit.weight,
-                    ));
-                }
-                beta *= exit.weight;
-                let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();
-                let vertex = PathVertex {
-                    surface: &exit.surface,
-                    frame: &exit.frame,
-                    bsdf: &exit.bsdf,
-                    wo: exit.frame.to_local(exit.surface.wo),
-                    context: &context,
-                };
-                add_light(world, &vertex, wavelengths, (beta, depth), numbers, &mut radiance, record);
-                let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
-                let Some(out) = exit.bsdf.sample(vertex.wo, u_lobe, u_direction, TransportMode::Radiance) else {
-                    break;
-                };
-                beta *= out.weight;
-                // Coming out undoes the scaling of radiance by going in.
-                eta_scale /= sample.eta * sample.eta;
-                (p_lobe, previous, any_non_specular) = (out.pdf, Some(context), true);
-                (specular, transmission, weight, differential) = (false, false, out.weight, None);
-                wi = exit.frame.from_local(out.wi);
-                ray = exit.surface.spawn_ray(wi);
-                record.ray(RayKind::Scattered);
-            }
-
-            // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
-            let u_roulette = numbers.one(Domain::Other);
-            let left = (beta * eta_scale).max_component() / Techniques::ROULETTE;
-            let survival = if depth > 1 { left.min(1.0) } else { 1.0 };
-            if R::DETAILED {
-                record.bounce(Bounce { direction: wi, pdf: p_lobe, weight, specular, transmission, survival });
-            }
-            if survival < 1.0 {
-                if u_roulette >= survival {
-                    break;
-                }
-                beta *= 1.0 / survival;
             }
         }
-        record.path(depth);
-        radiance
+        record.path(walk.depth);
+        walk.radiance
     }
 
-    #[inline]
-    fn add_environment<R: Record>(
+    /// Adds what is emitted where a path has arrived, and scatters it there. `Break` if it ends.
+    #[inline(always)]
+    pub(crate) fn bounce<N: Numbers, R: Record>(
         &self,
         world: &World,
-        ray: &Ray,
-        wavelengths: &Wavelengths,
-        (beta, p_lobe, depth): (Lanes, f32, u32),
-        previous: Option<&LightContext>,
-        radiance: &mut Lanes,
+        hit: &Hit,
+        walk: &mut Walk,
+        wavelengths: &mut Wavelengths,
+        numbers: &mut N,
         record: &mut R,
-    ) {
+    ) -> ControlFlow<()> {
+        let Walk { ray, differential, radiance, beta, eta_scale, depth, p_lobe, previous, any_non_specular } = walk;
+        let mut surface = world.surface(ray, hit);
+
+        // Add emission of the surface, weighted against light sampling at the previous vertex.
+        if surface.is_emitter() {
+            let emitted = world.emitted(&surface, wavelengths);
+            if !emitted.is_black() {
+                let p_light = match (&*previous, surface.light) {
+                    (Some(c), Some(light)) => world.light_pdf(c, light, ray.d, Some(&surface)),
+                    _ => 0.0,
+                };
+                let weight = if previous.is_some() { power_weight(*p_lobe, p_light) } else { 1.0 };
+                let value = *beta * emitted * weight;
+                *radiance += value;
+                if R::LIGHT {
+                    record.contribution(Contribution {
+                        depth: *depth,
+                        technique: Technique::Hit,
+                        light: surface.light,
+                        direction: ray.d,
+                        end: Some(surface.p),
+                        pdf: *p_lobe,
+                        other_pdf: p_light,
+                        weight,
+                        value,
+                        occluded: false,
+                    });
+                }
+            }
+        }
+        if *depth == self.max_depth {
+            return ControlFlow::Break(());
+        }
+
+        // Evaluate the material; a surface without one is passed through.
+        let Some(Shading { frame, mut bsdf }) = world.shading(&mut surface, ray, differential.as_ref(), wavelengths)
+        else {
+            *ray = surface.continue_ray(ray);
+            return ControlFlow::Continue(());
+        };
+        if self.regularize && *any_non_specular {
+            bsdf.regularize();
+        }
+        if R::DETAILED {
+            record.vertex(Vertex::on(world, *depth, (&surface, &frame), &bsdf, *beta));
+        }
+        *depth += 1;
+
+        // Sample a light.
+        let wo = frame.to_local(-ray.d);
+        let context = LightContext::of_surface(&surface, &frame).beside_lobes();
+        let vertex = PathVertex { surface: &surface, frame: &frame, bsdf: &bsdf, wo, context: &context };
+        add_light(world, &vertex, wavelengths, (*beta, *depth), numbers, radiance, record);
+
+        // Sample the lobe for the next direction.
+        let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+        let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else {
+            return ControlFlow::Break(());
+        };
+        *beta *= sample.weight;
+        let mut specular = sample.flags.contains(Lobes::SPECULAR);
+        let mut transmission = sample.flags.contains(Lobes::TRANSMISSION);
+        *p_lobe =
+            if sample.pdf_is_proportional { bsdf.pdf(wo, sample.wi, TransportMode::Radiance) } else { sample.pdf };
+        *previous = if specular { None } else { Some(context) };
+        *any_non_specular |= !specular;
+        if transmission {
+            *eta_scale *= sample.eta * sample.eta;
+        }
+        let mut wi = frame.from_local(sample.wi);
+        let mut weight = sample.weight;
+        *differential = differential.and_then(|d| surface.scattered_differential(ray, &d, &frame, wi, &sample));
+        *ray = surface.spawn_ray(wi);
+        record.ray(RayKind::Scattered);
+
+        // What goes into something translucent comes out elsewhere, and goes on from there.
+        if transmission
+            && world.has_subsurface()
+            && let Some(inside) = world.subsurface(&surface, wavelengths)
+        {
+            let Some(exit) = subsurface::exit(world, (&surface, &frame), &inside, wavelengths, numbers, record) else {
+                return ControlFlow::Break(());
+            };
+            if R::DETAILED {
+                record.bounce(Bounce { direction: wi, pdf: *p_lobe, weight, specular, transmission, survival: 1.0 });
+                record.vertex(Vertex::on(world, *depth, (&exit.surface, &exit.frame), &exit.bsdf, *beta * exit.weight));
+            }
+            *beta *= exit.weight;
+            let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();
+            let vertex = PathVertex {
+                surface: &exit.surface,
+                frame: &exit.frame,
+                bsdf: &exit.bsdf,
+                wo: exit.frame.to_local(exit.surface.wo),
+                context: &context,
+            };
+            add_light(world, &vertex, wavelengths, (*beta, *depth), numbers, radiance, record);
+            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+            let Some(out) = exit.bsdf.sample(vertex.wo, u_lobe, u_direction, TransportMode::Radiance) else {
+                return ControlFlow::Break(());
+            };
+            *beta *= out.weight;
+            // Coming out undoes the scaling of radiance by going in.
+            *eta_scale /= sample.eta * sample.eta;
+            (*p_lobe, *previous, *any_non_specular) = (out.pdf, Some(context), true);
+            (specular, transmission, weight, *differential) = (false, false, out.weight, None);
+            wi = exit.frame.from_local(out.wi);
+            *ray = exit.surface.spawn_ray(wi);
+            record.ray(RayKind::Scattered);
+        }
+
+        // End the path by Russian roulette where little is left; refraction's scaling of radiance is not a loss.
+        let u_roulette = numbers.one(Domain::Other);
+        let left = (*beta * *eta_scale).max_component() / Techniques::ROULETTE;
+        let survival = if *depth > 1 { left.min(1.0) } else { 1.0 };
+        if R::DETAILED {
+            record.bounce(Bounce { direction: wi, pdf: *p_lobe, weight, specular, transmission, survival });
+        }
+        if survival < 1.0 {
+            if u_roulette >= survival {
+                return ControlFlow::Break(());
+            }
+            *beta *= 1.0 / survival;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Adds the light of infinite lights to a path that leaves the scene.
+    #[inline]
+    pub(crate) fn escape<R: Record>(&self, world: &World, walk: &mut Walk, wavelengths: &Wavelengths, record: &mut R) {
+        let Walk { ray, beta, p_lobe, depth, previous, .. } = *walk;
         for &light in world.infinite_lights() {
-            let emitted = world.environment(light, ray, wavelengths);
+            let emitted = world.environment(light, &ray, wavelengths);
             if emitted.is_black() {
                 continue;
             }
-            let p_light = previous.map_or(0.0, |c| world.light_pdf(c, light, ray.d, None));
+            let p_light = previous.as_ref().map_or(0.0, |c| world.light_pdf(c, light, ray.d, None));
             let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
             let value = beta * emitted * weight;
-            *radiance += value;
+            walk.radiance += value;
             if R::LIGHT {
                 record.contribution(Contribution {
                     depth,

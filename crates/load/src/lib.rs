@@ -4,6 +4,7 @@
 //! ([`load_model`]: glTF, OBJ, STL, PLY). All problems of a scene are reported in one run, each with its place; nothing is printed. Files are opened only
 //! through [`FileAccess`].
 
+mod export;
 mod files;
 mod gltf;
 mod ies;
@@ -14,6 +15,7 @@ mod pbrt;
 pub mod ply;
 mod tensor;
 
+pub use export::{Exported, PBRT_MARK, to_pbrt};
 pub use files::{Disk, FileAccess, Memory};
 pub use model::{EnvironmentMap, ModelOptions, Up, is_model, load_model};
 pub use pbrt::{Input, LoadOptions, LoadOutcome, load_pbrt};

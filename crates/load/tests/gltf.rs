@@ -174,6 +174,77 @@ fn positions_that_are_not_finite_and_indices_out_of_range_are_errors() {
     assert!(error(&with(data)).contains("indices: index 1 refers to vertex 9, but there are only 4"));
 }
 
+/// The square as a binary file.
+fn glb(text: &str, data: &[u8]) -> Vec<u8> {
+    let mut json = text.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut data = data.to_vec();
+    data.resize(data.len().next_multiple_of(4), 0);
+    let total = 12 + 8 + json.len() + 8 + data.len();
+    let mut out = b"glTF".to_vec();
+    out.extend([2, total as u32, json.len() as u32, 0x4e4f_534a].iter().flat_map(|v| v.to_le_bytes()));
+    out.extend(json);
+    out.extend([data.len() as u32, 0x004e_4942].iter().flat_map(|v| v.to_le_bytes()));
+    out.extend(data);
+    out
+}
+
+#[test]
+fn binary_files_that_are_cut_or_lie_are_errors() {
+    let uri = format!(", \"uri\": \"data:application/octet-stream;base64,{}\"", base64(&square_data()));
+    let text = square(&[(&uri, "")]);
+    let whole = glb(&text, &square_data());
+    let load_bytes =
+        |bytes: Vec<u8>| load_model(Path::new("a.glb"), &Memory::new().with("a.glb", bytes), &ModelOptions::default());
+    assert!(load_bytes(whole.clone()).scene.is_some(), "{:?}", load_bytes(whole.clone()).diagnostics);
+    // Cut anywhere before its data are complete.
+    for keep in (0..whole.len() - 4).step_by(7).chain([4, 11, 12, 19, 20]) {
+        let outcome = load_bytes(whole[..keep].to_vec());
+        assert!(outcome.scene.is_none() && outcome.errors() > 0, "{keep}");
+    }
+    // Lengths of the file and of its chunks that go beyond it.
+    for at in [8, 12, whole.len() - square_data().len().next_multiple_of(4) - 8] {
+        let mut lying = whole.clone();
+        lying[at..at + 4].copy_from_slice(&0xffff_fff0u32.to_le_bytes());
+        let outcome = load_bytes(lying);
+        assert!(outcome.scene.is_none() && outcome.errors() > 0, "{at}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_skins_that_go_round_and_pictures_from_elsewhere_are_told() {
+    let with = |changes: &[(&str, &str)]| load_with(&square(changes), &ModelOptions::default());
+    let said = |o: &LoadOutcome| o.diagnostics.iter().map(|d| d.render(&o.sources)).collect::<String>();
+    let node = "{\"mesh\": 0, \"name\": \"square\"}";
+    let skin = |joints: &str, more: &str| format!("\"scene\": 0, \"skins\": [{{\"joints\": {joints}{more}}}]");
+    let cases: Vec<(Vec<(String, String)>, &str)> = vec![
+        // A skin whose joint does not exist, one without joints, one that names itself as a bone, and bones that go round.
+        (
+            vec![(node.into(), "{\"mesh\": 0, \"skin\": 0}".into()), ("\"scene\": 0".into(), skin("[9]", ""))],
+            "#/skins/0/joints/0",
+        ),
+        (vec![(node.into(), "{\"mesh\": 0, \"skin\": 4}".into())], "skin"),
+        (
+            vec![
+                (node.into(), "{\"mesh\": 0, \"skin\": 0}, {\"children\": [2]}, {\"children\": [1]}".into()),
+                ("\"scene\": 0".into(), skin("[1, 2]", "")),
+            ],
+            "#/skins/0/joints/0: joint 1 is no node of the scene",
+        ),
+        (vec![("0.8, 0.4".into(), "NaN, 0.4".into())], "not JSON"),
+        (vec![("\"byteLength\": 92".into(), "\"byteLength\": 18446744073709551615".into())], "#/buffers/0"),
+        (vec![("\"byteLength\": 92".into(), "\"byteLength\": 1e300".into())], "#/buffers/0/byteLength"),
+        (vec![("data:application/octet-stream;base64,".into(), "https://example.org/".into())], "on the network"),
+        (vec![("data:application/octet-stream;base64,".into(), "%2e%2e/".into())], "outside"),
+    ];
+    for (changes, words) in &cases {
+        let changes: Vec<(&str, &str)> = changes.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
+        let outcome = with(&changes);
+        let text = said(&outcome);
+        assert!(outcome.scene.is_none() && text.contains(words), "{changes:?}: {text}");
+    }
+}
+
 #[test]
 fn files_outside_the_folder_are_read_only_where_that_is_allowed() {
     let uri = format!("data:application/octet-stream;base64,{}", base64(&square_data()));

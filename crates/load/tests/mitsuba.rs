@@ -128,6 +128,35 @@ fn materials_become_what_they_are() {
 }
 
 #[test]
+fn hair_grows_on_curves_and_merged_shapes_are_the_shapes() {
+    let merged = r#"<shape type="merge"><shape type="cube"/><shape type="bsplinecurve"><string name="filename" value="a.txt"/>
+        <bsdf type="hair"><float name="eumelanin" value="0.4"/></bsdf></shape></shape></scene>"#;
+    let curves = "0 0 0 0.1\n1 0 0 0.1\n2 0 0 0.1\n3 0 0 0.1\n4 0 0 0.1\n\n0 1 0 1\n1 1 0 1\n2 1 0 1\n3 1 0 1\n";
+    let load_with = |curves: &str| {
+        let text = SCENE.replace("</scene>", merged);
+        let files = Memory::new().with("s/scene.xml", text).with("s/a.txt", curves);
+        load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default())
+    };
+    let s = load_with(curves).scene.unwrap();
+    assert_eq!(s.primitives.len(), 4);
+    let steradian_scene::Shape::Curves(curves) = &s.primitives[3].shape else { panic!("no curves") };
+    // Two segments of five points, one of four; a uniform spline keeps even distances and radii.
+    let ends: Vec<_> =
+        curves.iter().map(|c| (c.parameters().0[0].x, c.parameters().0[3].x, c.parameters().1)).collect();
+    for (found, expected) in ends.iter().zip([(1.0, 2.0, [0.2; 2]), (2.0, 3.0, [0.2; 2]), (1.0, 2.0, [2.0; 2])]) {
+        let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+        assert!(near(found.0, expected.0) && near(found.1, expected.1) && near(found.2[1], expected.2[1]), "{ends:?}");
+    }
+    assert!(matches!(s.materials[s.primitives[3].material].scattering, Scattering::Hair { .. }));
+    World::build(s).unwrap();
+    for (bad, words) in [("0 0 0 1\n", "takes 4"), ("0 0 x 1\n", "line 1"), ("", "no curves"), ("0 0 0 -1", "line 1")] {
+        let outcome = load_with(bad);
+        let said: String = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
+        assert!(outcome.scene.is_none() && said.contains(words), "{bad}: {said}");
+    }
+}
+
+#[test]
 fn spectra_of_emitters_keep_their_strength() {
     let of = |radiance: &str| {
         let s = scene(&SCENE.replace(r#"<rgb name="radiance" value="0.1"/>"#, radiance));

@@ -15,7 +15,7 @@ pub struct Frame {
 
 impl Frame {
     /// A frame around a unit vector, continuous except at `z.z = -0` (Duff et al. 2017).
-    #[inline]
+    #[inline(always)]
     pub fn from_z(z: impl Into<Vec3>) -> Self {
         let z = z.into();
         let sign = 1.0f32.copysign(z.z);
@@ -43,14 +43,14 @@ impl Frame {
     }
 
     /// World to local coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn to_local(&self, v: impl Into<Vec3>) -> Vec3 {
         let v = v.into();
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }
 
     /// Local to world coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn from_local(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }

@@ -12,7 +12,7 @@ const PI: f64 = std::f64::consts::PI;
 /// Adding and subtracting this rounds a double of magnitude below 2^51 to the nearest integer.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-#[inline]
+#[inline(always)]
 fn sin_kernel(x: f64) -> f64 {
     let z = x * x;
     let p = -1.0 / 39_916_800.0;
@@ -23,7 +23,7 @@ fn sin_kernel(x: f64) -> f64 {
     x + x * z * p
 }
 
-#[inline]
+#[inline(always)]
 fn cos_kernel(x: f64) -> f64 {
     let z = x * x;
     let p = 1.0 / 479_001_600.0;
@@ -36,23 +36,24 @@ fn cos_kernel(x: f64) -> f64 {
 }
 
 /// Sine and cosine of `x` radians. Loses accuracy gracefully beyond `|x| > 1e6`; infinities give NaN.
-#[inline]
+#[inline(always)]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     let (s, c) = sin_cos_f64(f64::from(x));
     (s as f32, c as f32)
 }
 
 /// Sine and cosine accurate to about 1e-11; exact at multiples of a quarter turn.
-#[inline]
+#[inline(always)]
 pub(crate) fn sin_cos_f64(x: f64) -> (f64, f64) {
-    let k = (x * FRAC_2_PI + ROUND) - ROUND;
+    let rounded = x * FRAC_2_PI + ROUND;
+    let k = rounded - ROUND;
     let r = x - k * FRAC_PI_2;
     let (s, c) = (sin_kernel(r), cos_kernel(r));
-    // Only the quadrant matters; infinities saturate here and are NaN already in `r`.
-    let quadrant = k as i64 & 3;
+    // Only the quadrant matters: the lowest bits of the rounded number. Infinities are NaN already in `r`.
+    let quadrant = rounded.to_bits() & 3;
     let (s, c) = if quadrant & 1 == 1 { (c, s) } else { (s, c) };
     let s = if quadrant & 2 == 2 { -s } else { s };
-    let c = if quadrant == 1 || quadrant == 2 { -c } else { c };
+    let c = if (quadrant + 1) & 2 == 2 { -c } else { c };
     (s, c)
 }
 

@@ -58,7 +58,7 @@ impl RayDifferential {
 /// of `p` demands (PBRT 4th ed., 6.8.6).
 ///
 /// `p_error` bounds the absolute error of each coordinate; `n` is the geometric normal, of unit length, on any side.
-#[inline]
+#[inline(always)]
 pub fn offset_ray_origin(p: Point3, p_error: Vec3, n: Normal3, w: Vec3) -> Point3 {
     let d = n.abs().dot(p_error);
     let offset = if w.dot(n) < 0.0 { -d } else { d };

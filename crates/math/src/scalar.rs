@@ -32,7 +32,7 @@ pub fn sqr(x: f32) -> f32 {
 }
 
 /// The square root, with rounding noise below zero taken as zero.
-#[inline]
+#[inline(always)]
 pub fn safe_sqrt(x: f32) -> f32 {
     x.max(0.0).sqrt()
 }
@@ -63,7 +63,7 @@ pub fn smoothstep(x: f32, a: f32, b: f32) -> f32 {
 ///
 /// The product of two `f32` is exact in `f64`; hardware fused multiply-add, which other renderers use here, is not
 /// available everywhere and would change the image from machine to machine.
-#[inline]
+#[inline(always)]
 pub fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
     (f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d)) as f32
 }

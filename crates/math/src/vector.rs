@@ -161,39 +161,39 @@ macro_rules! metric3 {
     ($name:ident) => {
         impl $name {
             /// The squared Euclidean length.
-            #[inline]
+            #[inline(always)]
             pub fn length_squared(self) -> f32 {
                 self.x * self.x + self.y * self.y + self.z * self.z
             }
             /// The Euclidean length.
-            #[inline]
+            #[inline(always)]
             pub fn length(self) -> f32 {
                 self.length_squared().sqrt()
             }
             /// Scaled to unit length; not finite for a null vector.
-            #[inline]
+            #[inline(always)]
             pub fn normalize(self) -> Self {
                 self * (1.0 / self.length())
             }
             /// Scaled to unit length, or `None` for a null or non-finite vector.
-            #[inline]
+            #[inline(always)]
             pub fn try_normalize(self) -> Option<Self> {
                 let l = self.length();
                 (l > 0.0 && l < f32::INFINITY).then(|| self / l)
             }
             /// The scalar product with a vector.
-            #[inline]
+            #[inline(always)]
             pub fn dot(self, o: impl Into<Vec3>) -> f32 {
                 let o = o.into();
                 self.x * o.x + self.y * o.y + self.z * o.z
             }
             /// The absolute value of the scalar product.
-            #[inline]
+            #[inline(always)]
             pub fn abs_dot(self, o: impl Into<Vec3>) -> f32 {
                 self.dot(o).abs()
             }
             /// The vector product (right handed).
-            #[inline]
+            #[inline(always)]
             pub fn cross(self, o: impl Into<Vec3>) -> Vec3 {
                 let o = o.into();
                 Vec3 {
@@ -203,7 +203,7 @@ macro_rules! metric3 {
                 }
             }
             /// `self` or its negative, whichever lies in the hemisphere of `o`.
-            #[inline]
+            #[inline(always)]
             pub fn face_forward(self, o: impl Into<Vec3>) -> Self {
                 if self.dot(o) < 0.0 { -self } else { self }
             }

@@ -1,5 +1,6 @@
 //! Film, tiles, threads, progress, stop rules, checkpoints, shares of a distributed render.
 
+mod ahead;
 mod bands;
 mod chains;
 pub mod contrast;

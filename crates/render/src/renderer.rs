@@ -1,5 +1,6 @@
 //! The render loop: rounds and passes over tiles on all threads, progress, looking, stopping, checkpoints.
 
+use crate::ahead::Ahead;
 use crate::chains::{Bootstrap, ChainState, Chains};
 use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
@@ -426,6 +427,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
             let next = AtomicUsize::new(0);
             let work = || {
                 let mut sampler = Sampler::new(&self.sampler.world.settings().sampler);
+                let mut ahead = if self.layers.is_empty() { Ahead::new::<C>(self.sampler, &sampler) } else { None };
                 let mut scratch = Scratch::default();
                 scratch.photons = photons.as_ref().map(|sent| sent.map.clone());
                 loop {
@@ -435,7 +437,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
                     }
                     let i = todo[k];
                     let sent = photons.as_ref().filter(|_| i == 0);
-                    self.render_tile(&canvas, i, ranges[i], sent, &mut sampler, &mut scratch);
+                    self.render_tile(&canvas, i, ranges[i], sent, (&mut sampler, &mut ahead), &mut scratch);
                     self.observer.tile(&locked(&tiles[i]));
                     self.done.fetch_add(1, Ordering::Relaxed);
                     self.maybe_report(&size, found);
@@ -501,19 +503,19 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         i: usize,
         range: [u32; 2],
         sent: Option<&Sent<C>>,
-        sampler: &mut Sampler,
+        numbers: (&mut Sampler, &mut Option<Ahead>),
         scratch: &mut Scratch<'w>,
     ) {
         let mut landed = Vec::new();
         match canvas.splats {
             None => {
                 let tile = &mut locked(&canvas.tiles[i]);
-                self.tile(tile, range, sampler, scratch, &mut landed);
+                self.tile(tile, range, numbers, scratch, &mut landed);
                 sent.into_iter().for_each(|sent| self.account(tile, sent));
             }
             Some(splats) => {
                 let mut tile = locked(&canvas.tiles[i]).clone();
-                self.tile(&mut tile, range, sampler, scratch, &mut landed);
+                self.tile(&mut tile, range, numbers, scratch, &mut landed);
                 let mut splats = locked(splats);
                 splats.add(&landed);
                 **locked(&canvas.tiles[i]) = tile;
@@ -532,7 +534,7 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         &self,
         tile: &mut Tile,
         [first, end]: [u32; 2],
-        sampler: &mut Sampler,
+        (sampler, ahead): (&mut Sampler, &mut Option<Ahead>),
         scratch: &mut Scratch<'w>,
         landed: &mut Vec<Landed>,
     ) {
@@ -541,8 +543,25 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         let mut layers = LayerSampler::new(self.layers);
         let (mut bad, mut bad_count) = (Vec::new(), 0);
         let before = tile.samples();
+        let pixels: Vec<_> = (0..tile.len()).map(|i| tile.pixel(i)).collect();
+        let mut asked = 0..pixels.len();
+        ahead.iter_mut().for_each(Ahead::begin);
         tile.extend(end, |pixel, range, stack| {
             let mut next = range.start;
+            let made = asked
+                .next()
+                .zip(ahead.as_mut())
+                .and_then(|(i, ahead)| ahead.pixel(self.sampler, sampler, (&pixels, i), &range, &mut counts));
+            for &rgb in made.into_iter().flatten() {
+                if rgb.iter().all(|v| v.is_finite()) {
+                    stack.push(PixelSum::of(rgb));
+                } else {
+                    bad_count += 1;
+                    note(&mut bad, BadSample { pixel, sample: next, fault: Fault::NotFinite });
+                    stack.push(PixelSum::default());
+                }
+                next += 1;
+            }
             while next < range.end {
                 let run = catch_unwind(AssertUnwindSafe(|| {
                     self.pixel(

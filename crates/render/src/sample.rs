@@ -1,7 +1,7 @@
 //! One sample of one pixel: film position, wavelengths, lens, time, radiance, colour.
 
 use crate::splats::{BRIGHTEST, Landed, land};
-use steradian_integrator::{Domain, Integrator, Numbers, Scratch, StratifiedNumbers, record::Record};
+use steradian_integrator::{Batch, Domain, Integrator, Numbers, Scratch, StratifiedNumbers, record::Record};
 use steradian_math::{Point2, Vec2};
 use steradian_sampling::Sampler;
 use steradian_scene::World;
@@ -82,7 +82,6 @@ impl<'w> PixelSampler<'w> {
         record: &mut R,
         scratch: &mut Scratch<'w>,
     ) -> Sampled {
-        let settings = self.world.settings();
         let position = self.integrator.pixel_position(index, numbers.two(Domain::Pixel));
         if let Integrator::Function(f) = self.integrator {
             let value = f.value(position);
@@ -90,6 +89,21 @@ impl<'w> PixelSampler<'w> {
             let (radiance, wavelengths) = (Lanes::splat(value), Wavelengths::rgb());
             return Sampled { rgb: [value; 3], radiance, wavelengths, film, weight: 1.0, kept: 1.0 };
         }
+        let (film, weight, mut wavelengths) = self.open(numbers, pixel, index, position);
+        let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record, scratch);
+        self.close((film, weight), radiance, wavelengths)
+    }
+
+    /// Film position, filter weight and wavelengths of a sample at a position in its pixel.
+    #[inline]
+    fn open<N: Numbers>(
+        &self,
+        numbers: &mut N,
+        pixel: [u32; 2],
+        index: u32,
+        position: [f32; 2],
+    ) -> (Point2, f32, Wavelengths) {
+        let settings = self.world.settings();
         let (offset, weight) = if settings.disable_pixel_jitter {
             (Vec2::default(), 1.0)
         } else {
@@ -97,13 +111,19 @@ impl<'w> PixelSampler<'w> {
             (s.offset, s.weight)
         };
         let film = Point2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
-        let mut wavelengths = match (self.color, self.integrator.wavelengths(self.world, index)) {
+        let wavelengths = match (self.color, self.integrator.wavelengths(self.world, index)) {
             (_, Some(shared)) => shared,
             (ColorMode::Rgb, _) => Wavelengths::rgb(),
             (ColorMode::Spectral, _) if settings.disable_wavelength_jitter => settings.wavelengths(0.5),
             (ColorMode::Spectral, _) => settings.wavelengths(numbers.one(Domain::Other)),
         };
-        let radiance = self.integrator.film_radiance(self.world, film, &mut wavelengths, numbers, record, scratch);
+        (film, weight, wavelengths)
+    }
+
+    /// The colour of a sample whose radiance is known.
+    #[inline]
+    fn close(&self, (film, weight): (Point2, f32), radiance: Lanes, wavelengths: Wavelengths) -> Sampled {
+        let settings = self.world.settings();
         let (rgb, kept) = if self.raw {
             ([radiance.0[0], radiance.0[1], radiance.0[2]], 1.0)
         } else {
@@ -113,6 +133,42 @@ impl<'w> PixelSampler<'w> {
             (self.output_from_sensor.apply(sensor), kept)
         };
         Sampled { rgb: rgb.map(|v| v * weight), radiance, wavelengths, film, weight, kept }
+    }
+
+    /// What many samples at once are made in, where the algorithm and the sampler allow that.
+    pub fn batch(&self, sampler: &Sampler) -> Option<Batch> {
+        match self.integrator {
+            Integrator::Path(path) if self.stratified.is_none() => Batch::new(path, self.world, sampler),
+            _ => None,
+        }
+    }
+
+    /// The colours of samples `range` of each of `pixels`, pixel by pixel: those of [`PixelSampler::sample`].
+    pub fn sample_many<R: Record>(
+        &self,
+        batch: &mut Batch,
+        sampler: &mut Sampler,
+        pixels: &[[u32; 2]],
+        range: std::ops::Range<u32>,
+        record: &mut R,
+        out: &mut Vec<[f32; 3]>,
+    ) {
+        batch.clear();
+        let mut opened = Vec::with_capacity(pixels.len() * range.len());
+        for &pixel in pixels {
+            for index in range.clone() {
+                sampler.start(pixel, index, 0);
+                let position = self.integrator.pixel_position(index, sampler.two(Domain::Pixel));
+                let (film, weight, wavelengths) = self.open(sampler, pixel, index, position);
+                batch.push(self.world, film, wavelengths, (pixel, index, sampler));
+                opened.push((film, weight));
+            }
+        }
+        batch.run(self.world, sampler, record);
+        for (i, opened) in opened.into_iter().enumerate() {
+            let (radiance, wavelengths) = batch.radiance(i);
+            out.push(self.close(opened, radiance, *wavelengths).rgb);
+        }
     }
 
     /// The colour of a part of a sample's radiance, filter weight and limit included as in the whole.

@@ -15,7 +15,7 @@ pub fn power_heuristic(count: f32, pdf: f32, other_count: f32, other_pdf: f32) -
 }
 
 /// Power heuristic (exponent 2) for one sample of each strategy, the common case.
-#[inline]
+#[inline(always)]
 pub fn power_weight(pdf: f32, other_pdf: f32) -> f32 {
     ratio(pdf, other_pdf, |x| x * x)
 }
@@ -26,11 +26,9 @@ fn ratio(a: f32, b: f32, f: impl Fn(f32) -> f32) -> f32 {
         // Two infinite densities share the weight, so that the weights still sum to one.
         return if b.is_infinite() { 0.5 } else { 1.0 };
     }
-    if a.partial_cmp(&0.0) != Some(core::cmp::Ordering::Greater) {
-        return 0.0;
-    }
     // 1 / (1 + (b/a)^n) cannot overflow to inf/inf as a^n / (a^n + b^n) does.
-    1.0 / (1.0 + f(b / a))
+    let share = 1.0 / (1.0 + f(b / a));
+    if a > 0.0 { share } else { 0.0 }
 }
 
 #[cfg(test)]

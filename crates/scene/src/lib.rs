@@ -43,6 +43,6 @@ pub use test_function::TestFunction;
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,
-    LightContext, LightEnd, LightPoint, LightSample, MediumPoint, MediumRay, MeshPoint, Reception, Shading, Surface,
-    TextureContext, World,
+    LightContext, LightEnd, LightPoint, LightRows, LightSample, MediumPoint, MediumRay, MeshPoint, PlainSurfaces,
+    PointRows, Reception, Shading, Surface, TextureContext, World,
 };

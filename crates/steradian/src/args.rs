@@ -62,6 +62,9 @@ pub(crate) enum Command {
     Submit(Box<SubmitArgs>),
     /// Read a scene and report every problem in it
     Check(SceneArg),
+    /// Write a scene of any format as pbrt-v4, and name what that format cannot say
+    #[command(after_help = CONVERT_NOTES)]
+    Convert(ConvertArgs),
     /// Say what is in a scene, or what an image file says about itself
     Info(InfoArgs),
     /// Say whether two images show the same, and how far apart they are
@@ -173,6 +176,32 @@ again does only what is missing.
 Examples:
   steradian submit slurm scene.pbrt --spp 1024 --parts 64 --cores 4 -o scene.exr --run
   steradian submit parallel scene.pbrt --spp 64 --parts 8 -o scene.exr && sh scene.parallel.sh";
+
+const CONVERT_NOTES: &str = "\
+Meshes and pictures go to the folder OUT-files beside OUT.pbrt. Surfaces that pbrt has not become mixes of those that it has. Scenes
+that are rendered in red, green and blue here, as models are, look the same with render --color rgb.
+
+Example:
+  steradian convert helmet.glb helmet.pbrt && steradian render helmet.pbrt --color rgb -o helmet.exr";
+
+/// `convert`.
+#[derive(Args, Debug)]
+pub(crate) struct ConvertArgs {
+    /// A scene or model that `render` reads
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub scene: PathBuf,
+
+    /// The scene file to write
+    #[arg(value_name = "OUT.pbrt", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// Overwrite what convert has not written itself
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub model: ModelArgs,
+}
 
 /// `render`.
 #[derive(Args, Debug, Clone)]

@@ -1,10 +1,12 @@
 //! `steradian info`: what is in a scene, or what an image file says about itself.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use steradian_image::{Attribute, Format, Image, Precision};
 use steradian_load::LoadOptions;
 use steradian_scene::{Light, Projection, Scattering, Scene, Shape, World};
+use steradian_syntax::Severity;
 
 use crate::args::InfoArgs;
 use crate::console::Console;
@@ -30,7 +32,8 @@ fn scene(args: &InfoArgs, console: &Console) -> Result<u8, Failure> {
     let path = args.file.as_path();
     let options = LoadOptions { model: args.model.options(None), ..LoadOptions::default() };
     let outcome = opened::read(Some(path), &options)?;
-    for d in &outcome.diagnostics {
+    // What is not an error is a row of the table.
+    for d in outcome.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
         console.diagnostic(&d.render(&outcome.sources), false);
     }
     let texts = outcome.sources.iter().count();
@@ -56,6 +59,15 @@ fn scene(args: &InfoArgs, console: &Console) -> Result<u8, Failure> {
     let total: usize = sizes.iter().map(|(n, _)| n).sum();
     let parts = sizes.map(|(n, what)| format!("{what} {}", bytes(n as u64))).join(", ");
     row(console, "memory", format_args!("{} ({parts})", bytes(total as u64)));
+    for (name, n) in &outcome.uses {
+        let times = if *n > 1 { format!(", {} times", count(*n)) } else { String::new() };
+        row(console, "uses", format_args!("{name}{times}"));
+    }
+    // What is read otherwise than it is written, or not at all.
+    let mild: BTreeSet<&str> = outcome.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    for message in mild {
+        row(console, "differs", message);
+    }
     Ok(DONE)
 }
 

@@ -9,6 +9,7 @@ mod camera_args;
 mod check;
 mod compare;
 mod console;
+mod convert;
 mod counting;
 mod cryptomatte;
 mod denoise;
@@ -78,6 +79,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Selftest(args) => selftest::run_all(args, &console),
         Command::Merge(args) => merge::run(args, &console),
         Command::Check(args) => check::run(args, &console),
+        Command::Convert(args) => convert::run(args, &console),
         Command::Info(args) => info::run(args, &console),
         Command::Compare(args) => compare::run(args, &console),
         Command::Trace(args) => trace::run(args, &console),

@@ -22,6 +22,27 @@ fn render_writes_the_file_of_the_film_and_a_png() {
 }
 
 #[test]
+fn convert_writes_a_scene_that_renders_the_same_and_overwrites_nothing_of_others() {
+    let f = Folder::with_scene().with("precious.pbrt", "# mine\n");
+    f.ok("convert small.pbrt other.pbrt");
+    assert_eq!(f.ok("check other.pbrt"), "other.pbrt: no problems\n");
+    f.ok("render small.pbrt -o a.exr -q");
+    f.ok("render other.pbrt -o b.exr -q");
+    assert_eq!(image(&f, "a.exr").planes(""), image(&f, "b.exr").planes(""));
+    // What convert wrote it may write again; what it has not, only if told so; what it reads, never.
+    f.ok("convert small.pbrt other.pbrt");
+    for (line, words) in [
+        ("convert small.pbrt precious.pbrt", "was not written by convert"),
+        ("convert small.pbrt small.pbrt --force", "written over what it is read from"),
+        ("convert small.pbrt small.ply", "only scenes of pbrt are written"),
+    ] {
+        let ran = f.run(line);
+        assert!(ran.code == Some(2) && ran.err.contains(words), "{line}: {}", ran.err);
+    }
+    f.ok("convert small.pbrt precious.pbrt --force");
+}
+
+#[test]
 fn render_may_be_left_out_and_quiet_is_silent() {
     let f = Folder::with_scene();
     let ran = f.run("small.pbrt --quiet --outfile a.pfm");

@@ -170,6 +170,7 @@ pub(crate) fn load(
     path: &Path,
     files: &dyn FileAccess,
     options: &ModelOptions,
+    uses: &mut BTreeMap<String, u64>,
 ) -> (Option<(Scene, Found)>, Vec<Diagnostic>) {
     let name = path.display().to_string();
     let fail = |message: String| (None, vec![Diagnostic::error(message, None)]);
@@ -189,6 +190,7 @@ pub(crate) fn load(
         Ok(v) => v,
         Err(e) => return fail(format!("{name}:{}:{}: not JSON: {e}", e.line(), e.column())),
     };
+    count_extensions(&value, uses);
     let base = path.parent().unwrap_or(Path::new("")).to_path_buf();
     let folder = Folder { files, base, allow_outside: options.allow_outside };
     let mut diagnostics = Vec::new();
@@ -202,6 +204,23 @@ pub(crate) fn load(
             diagnostics.push(diagnostic(&name, p));
             (None, diagnostics)
         }
+    }
+}
+
+/// How often each extension is used, anywhere in a document.
+fn count_extensions(value: &serde_json::Value, uses: &mut BTreeMap<String, u64>) {
+    match value {
+        // The parser has bounded the depth.
+        serde_json::Value::Array(items) => items.iter().for_each(|v| count_extensions(v, uses)),
+        serde_json::Value::Object(members) => {
+            for (key, inner) in members {
+                if let ("extensions", Some(all)) = (key.as_str(), inner.as_object()) {
+                    all.keys().for_each(|name| *uses.entry(name.clone()).or_default() += 1);
+                }
+                count_extensions(inner, uses);
+            }
+        }
+        _ => {}
     }
 }
 

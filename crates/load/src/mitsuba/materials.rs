@@ -2,9 +2,11 @@
 
 use super::Mitsuba;
 use super::tree::Object;
+use crate::files::read_all;
+use crate::tensor::measured_material;
 use steradian_scene::{
-    FloatInput, Handle, Ior, Material, Metal, NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering,
-    Slopes, SpectrumInput, SpectrumTexture, Texture,
+    FloatInput, HairColor, Handle, Ior, Material, Metal, NormalMap, PlasticInputs, PrincipledInputs, Roughness,
+    Scattering, Slopes, SpectrumInput, SpectrumTexture, Texture,
 };
 use steradian_spectrum::{Spectrum, SpectrumUse};
 
@@ -179,6 +181,8 @@ impl Mitsuba<'_> {
                 Cover { material: self.scene.materials.push(material), ..inner }
             }
             "principled" | "principledthin" => self.principled(o),
+            "hair" => self.hair(o),
+            "measured" => self.measured(o),
             _ => {
                 self.not_built(o);
                 self.default_cover()
@@ -275,6 +279,51 @@ impl Mitsuba<'_> {
                 Some(reflectance)
             }
             _ => None,
+        }
+    }
+
+    /// Mitsuba's hair is pbrt's, with pigments in place of absorption where that is not given.
+    fn hair(&mut self, o: &Object) -> Cover {
+        let usage = SpectrumUse::Unbounded;
+        let scale = self.float(o, "scale", 1.0);
+        let color = match self.maybe_spectrum(o, "sigma_a", usage) {
+            Some(tex) if scale == 1.0 => HairColor::Absorption(tex),
+            Some(tex) => {
+                let kind = Texture::Scale { tex, scale: self.number(scale) };
+                HairColor::Absorption(self.scene.spectrum_textures.push(SpectrumTexture { usage, kind }))
+            }
+            None => HairColor::Melanin {
+                eumelanin: self.float_input(o, "eumelanin", 1.3),
+                pheomelanin: self.float_input(o, "pheomelanin", 0.2),
+            },
+        };
+        let eta = self.relative_index(o, 1.55);
+        let hair = Scattering::Hair {
+            color,
+            eta: self.number(eta),
+            beta_m: self.float_input(o, "longitudinal_roughness", 0.3),
+            beta_n: self.float_input(o, "azimuthal_roughness", 0.3),
+            alpha: self.float_input(o, "scale_tilt", 2.0),
+        };
+        self.plain(hair)
+    }
+
+    /// A material of the database of Dupuy and Jakob (2018).
+    fn measured(&mut self, o: &Object) -> Cover {
+        let Some(name) = self.text(o, "filename") else {
+            self.error("a measured material needs a `filename`", o.span);
+            return self.default_cover();
+        };
+        let read = self.reader.resolve(&name).and_then(|p| read_all(self.files, &p));
+        match read.and_then(|bytes| measured_material(&bytes).map_err(|e| format!("{name}: {e}"))) {
+            Ok(tables) => {
+                let handle = self.scene.measured.push(tables);
+                self.opaque(Scattering::Measured(handle))
+            }
+            Err(message) => {
+                self.error(message, o.span);
+                self.default_cover()
+            }
         }
     }
 

@@ -64,7 +64,11 @@ pub(crate) fn load(path: &Path, files: &dyn FileAccess, options: &ModelOptions) 
     }
     let Mitsuba { reader, scene, .. } = m;
     let scene = (!errors(&reader.diagnostics)).then_some(scene);
-    LoadOutcome { scene, sources: reader.sources, diagnostics: reader.diagnostics }
+    let mut uses = BTreeMap::new();
+    for o in &reader.tree.objects {
+        *uses.entry(format!("{} {}", o.class, o.kind)).or_default() += 1;
+    }
+    LoadOutcome { scene, sources: reader.sources, diagnostics: reader.diagnostics, uses }
 }
 
 impl Mitsuba<'_> {

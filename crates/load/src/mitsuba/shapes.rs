@@ -5,7 +5,7 @@ use super::tree::{Object, Value};
 use crate::files::read_all;
 use crate::ply;
 use std::io::Read;
-use steradian_geometry::{Cylinder, Disk, MeshAttribute, Sphere, TriangleMesh};
+use steradian_geometry::{Curve, CurveProfile, Cylinder, Disk, MeshAttribute, Sphere, TriangleMesh};
 use steradian_math::{Frame, Normal3, Point2, Point3, Transform, Vec3, safe_acos};
 use steradian_scene::{AreaLight, Handle, Instance, Primitive, Shape};
 
@@ -16,6 +16,18 @@ impl Mitsuba<'_> {
         match o.kind.as_str() {
             "shapegroup" => {
                 self.group(index, o);
+                return;
+            }
+            // It only makes the tree of rays smaller.
+            "merge" => {
+                for (_, i) in self.children(&o.children) {
+                    let inner = self.object(i);
+                    // No shape contains itself but by a reference, and those to what is being read have no object yet.
+                    if inner.class == "shape" && i < index {
+                        self.shape(i, &inner, group);
+                    }
+                }
+                self.finish(o);
                 return;
             }
             "instance" => {
@@ -149,6 +161,7 @@ impl Mitsuba<'_> {
             }
             "rectangle" => Some((self.push_mesh(rectangle()), identity)),
             "cube" => Some((self.push_mesh(cube()), identity)),
+            "linearcurve" | "bsplinecurve" => Some((self.curves(o)?, identity)),
             "obj" | "ply" | "serialized" => {
                 let mesh = self.mesh(o, world)?;
                 Some((self.push_mesh(mesh), identity))
@@ -158,6 +171,23 @@ impl Mitsuba<'_> {
                 None
             }
         }
+    }
+
+    /// Tubes along control points and their radii, one to a line; an empty line ends a curve.
+    fn curves(&mut self, o: &Object) -> Option<Shape> {
+        let Some(name) = self.text(o, "filename") else {
+            self.error(format!("the shape `{}` needs a `filename`", o.kind), o.span);
+            return None;
+        };
+        o.get("silhouette_discontinuities");
+        let read = self.reader.resolve(&name).and_then(|p| read_all(self.files, &p));
+        let straight = o.kind == "linearcurve";
+        let curves = read
+            .and_then(|bytes| tubes(&String::from_utf8_lossy(&bytes), straight).map_err(|m| format!("{name}: {m}")));
+        if straight {
+            self.note_once("joints of linear curves are not rounded", o.span);
+        }
+        curves.map(Shape::Curves).map_err(|m| self.error(m, o.span)).ok()
     }
 
     fn push_mesh(&mut self, mesh: TriangleMesh) -> Shape {
@@ -202,6 +232,46 @@ impl Mitsuba<'_> {
         self.finish(e);
         Some(AreaLight { radiance, scale, two_sided: false, power: None, image: None, texture, group: None })
     }
+}
+
+/// The curves of a file: straight pieces, or those of uniform cubic B-splines.
+fn tubes(text: &str, straight: bool) -> Result<Vec<Curve>, String> {
+    let mut strands: Vec<Vec<(Point3, f32)>> = vec![Vec::new()];
+    for (n, line) in text.lines().enumerate() {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        if words.is_empty() {
+            strands.push(Vec::new());
+            continue;
+        }
+        let numbers: Option<Vec<f32>> = words.iter().map(|w| w.parse().ok().filter(|v: &f32| v.is_finite())).collect();
+        match numbers.as_deref() {
+            Some(&[x, y, z, r]) if r >= 0.0 => {
+                strands.last_mut().into_iter().for_each(|s| s.push((Point3::new(x, y, z), r)));
+            }
+            _ => return Err(format!("line {}: not three coordinates and a radius", n + 1)),
+        }
+    }
+    let least = if straight { 2 } else { 4 };
+    let mut out = Vec::new();
+    for strand in strands.iter().filter(|s| !s.is_empty()) {
+        if strand.len() < least {
+            return Err(format!("a curve of {} points; it takes {least}", strand.len()));
+        }
+        for w in strand.windows(least) {
+            let p: Vec<Point3> = w.iter().map(|v| v.0).collect();
+            let (control, width) = if straight {
+                ([p[0], p[0].lerp(p[1], 1.0 / 3.0), p[0].lerp(p[1], 2.0 / 3.0), p[1]], [w[0].1, w[1].1])
+            } else {
+                // A radius is a spline as well; at the joints it is a mean of three.
+                let radius = |a: f32, b: f32, c: f32| (a + 4.0 * b + c) / 6.0;
+                let width = [radius(w[0].1, w[1].1, w[2].1), radius(w[1].1, w[2].1, w[3].1)];
+                (crate::pbrt::b_spline([p[0], p[1], p[2], p[3]]), width)
+            };
+            // Segments without length show nothing.
+            out.extend(Curve::new(control, width.map(|r| 2.0 * r), CurveProfile::Cylinder));
+        }
+    }
+    if out.is_empty() { Err("no curves".into()) } else { Ok(out) }
 }
 
 fn rectangle() -> TriangleMesh {

@@ -338,12 +338,26 @@ impl Mitsuba<'_> {
     fn mapping(&mut self, t: &Object, factor: f32) -> Mapping2 {
         let m = match t.get("to_uv").map(|p| p.value.clone()) {
             Some(Value::Transform(m)) => m,
-            _ => Transform::IDENTITY,
+            _ => self.old_mapping(t),
         };
         let (x, y) = (m.vector(Vec3::new(1.0, 0.0, 0.0)), m.vector(Vec3::new(0.0, 1.0, 0.0)));
         let o = m.point(Point3::default());
         let row = |i: usize| [x[i] * factor, y[i] * factor, o[i] * factor];
         Mapping2::Affine { set: 0, rows: [row(0), row(1)] }
+    }
+
+    /// Before version 2, textures were scaled and shifted by numbers.
+    fn old_mapping(&mut self, t: &Object) -> Transform {
+        let mut of = |name: &str, absent: f32| self.float(t, name, absent);
+        let (scale, shift) = ([of("uscale", 1.0), of("vscale", 1.0)], [of("uoffset", 0.0), of("voffset", 0.0)]);
+        let shift = Transform::translate(Vec3::new(shift[0], shift[1], 0.0));
+        match Transform::scale(scale[0], scale[1], 1.0) {
+            Some(scale) => scale.then(&shift),
+            None => {
+                self.error("a texture that is scaled to nothing", t.span);
+                shift
+            }
+        }
     }
 
     /// Index and absorption of a metal by its name.

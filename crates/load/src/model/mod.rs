@@ -108,14 +108,14 @@ fn extension(path: &Path) -> Option<String> {
 
 /// Reads a model and sets the stage for it. Never fails as a whole: all problems are in the outcome.
 pub fn load_model(path: &Path, files: &dyn FileAccess, options: &ModelOptions) -> LoadOutcome {
-    let mut diagnostics = Vec::new();
+    let (mut diagnostics, mut uses) = (Vec::new(), std::collections::BTreeMap::new());
     let kind = extension(path).unwrap_or_default();
     let read = match kind.as_str() {
         "obj" => plain(path, files, &mut diagnostics, |bytes, d| obj::read(bytes, path, files, options, d)),
         "stl" => plain(path, files, &mut diagnostics, |bytes, _| stl::read(bytes).map(|m| single(path, m))),
         "ply" => plain(path, files, &mut diagnostics, |bytes, d| read_ply(bytes, path, d)),
         _ => {
-            let (scene, mut found) = gltf::load(path, files, options);
+            let (scene, mut found) = gltf::load(path, files, options, &mut uses);
             diagnostics.append(&mut found);
             scene
         }
@@ -131,7 +131,7 @@ pub fn load_model(path: &Path, files: &dyn FileAccess, options: &ModelOptions) -
         }
     });
     let errors = diagnostics.iter().any(|d| d.severity == Severity::Error);
-    LoadOutcome { scene: scene.filter(|_| !errors), sources: SourceMap::new(), diagnostics }
+    LoadOutcome { scene: scene.filter(|_| !errors), sources: SourceMap::new(), diagnostics, uses }
 }
 
 /// A format that holds shapes only.

@@ -90,6 +90,11 @@ fn unit(n: Normal3) -> Normal3 {
     n.try_normalize().unwrap_or_default()
 }
 
+/// The Bezier form of a segment of a uniform cubic B-spline.
+pub(crate) fn b_spline(p: [Point3; 4]) -> [Point3; 4] {
+    cubic(&p, Basis::BSpline)
+}
+
 /// The cubic Bezier form of one segment, from 3 or 4 control points.
 fn cubic(p: &[Point3], basis: Basis) -> [Point3; 4] {
     let lerp = |t: f32, a: Point3, b: Point3| a.lerp(b, t);

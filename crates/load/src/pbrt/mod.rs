@@ -17,6 +17,8 @@ mod textures;
 mod upgrade;
 mod world;
 
+pub(crate) use curves::b_spline;
+
 use crate::files::{FileAccess, read_all};
 use images::LoadedImage;
 use materials::PendingMaterial;
@@ -74,6 +76,8 @@ pub struct LoadOutcome {
     pub sources: SourceMap,
     /// All problems, in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
+    /// What of its format a file uses, by name and how often: extensions of glTF, plugins of Mitsuba.
+    pub uses: BTreeMap<String, u64>,
 }
 
 impl LoadOutcome {
@@ -444,7 +448,12 @@ impl<'a> Loader<'a> {
             self.diagnostics.truncate(MOST_DIAGNOSTICS);
             self.diagnostics.push(Diagnostic::note(format!("{rest} more problems are not shown"), None));
         }
-        LoadOutcome { scene: (!failed).then_some(self.scene), sources: self.sources, diagnostics: self.diagnostics }
+        LoadOutcome {
+            scene: (!failed).then_some(self.scene),
+            sources: self.sources,
+            diagnostics: self.diagnostics,
+            uses: BTreeMap::new(),
+        }
     }
 }
 

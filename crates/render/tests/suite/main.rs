@@ -10,6 +10,7 @@ mod layers;
 mod media;
 mod progressive;
 mod scenes;
+mod side_by_side;
 mod systems;
 mod techniques;
 mod translucent;

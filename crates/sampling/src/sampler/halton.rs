@@ -83,6 +83,11 @@ impl SampleSource for HaltonSampler {
     }
 
     #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    #[inline]
     fn next_1d(&mut self) -> f32 {
         let dimension = self.take(1);
         self.coordinate(dimension)

@@ -32,6 +32,11 @@ impl SampleSource for IndependentSampler {
     }
 
     #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    #[inline]
     fn next_1d(&mut self) -> f32 {
         let bits = self.bits();
         self.dimension = self.dimension.wrapping_add(1);

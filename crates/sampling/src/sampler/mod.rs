@@ -7,6 +7,7 @@
 mod halton;
 mod independent;
 mod padded_sobol;
+mod rows;
 mod sobol;
 mod stratified;
 mod zsobol;
@@ -14,6 +15,7 @@ mod zsobol;
 pub use halton::HaltonSampler;
 pub use independent::IndependentSampler;
 pub use padded_sobol::PaddedSobolSampler;
+pub use rows::SamplePlace;
 pub use sobol::SobolSampler;
 pub use stratified::StratifiedSampler;
 pub use zsobol::ZSobolSampler;
@@ -92,6 +94,8 @@ impl Default for SamplerSettings {
 trait SampleSource {
     /// Goes to a sample of a pixel; numbers are handed out from `dimension` on. Any index and any dimension is fine.
     fn start(&mut self, pixel: [u32; 2], sample_index: u32, dimension: u32);
+    /// The next dimension.
+    fn dimension(&self) -> u32;
     /// The number of the next dimension.
     fn next_1d(&mut self) -> f32;
     /// The point of the next two dimensions, well distributed as a pair.
@@ -163,6 +167,12 @@ impl Sampler {
     #[inline]
     pub fn pixel_2d(&mut self) -> [f32; 2] {
         with_sampler!(self, s => s.pixel_2d())
+    }
+
+    /// The next dimension.
+    #[inline]
+    pub fn dimension(&self) -> u32 {
+        with_sampler!(self, s => s.dimension())
     }
 
     /// Whether the first n samples are the same whatever number of samples was planned.

@@ -18,6 +18,14 @@ pub struct PaddedSobolSampler {
 }
 
 impl PaddedSobolSampler {
+    pub(super) fn randomization(&self) -> Randomization {
+        self.randomization
+    }
+
+    pub(super) fn seed(&self) -> u64 {
+        self.seed
+    }
+
     pub(super) fn new(settings: &SamplerSettings) -> Self {
         Self { seed: settings.seed, key: 0, reversed_index: 0, dimension: 0, randomization: settings.randomization }
     }
@@ -39,6 +47,11 @@ impl SampleSource for PaddedSobolSampler {
         self.key = pixel_hash(pixel, self.seed);
         self.reversed_index = sample_index.reverse_bits();
         self.dimension = dimension;
+    }
+
+    #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
     }
 
     #[inline(always)]

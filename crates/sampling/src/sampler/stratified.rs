@@ -80,6 +80,11 @@ impl SampleSource for StratifiedSampler {
     }
 
     #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
+    }
+
+    #[inline]
     fn next_1d(&mut self) -> f32 {
         let (stratum, offset) = self.stratum();
         self.dimension = self.dimension.wrapping_add(1);

@@ -44,7 +44,39 @@ impl Memory {
     const DIMENSIONS: usize = 64;
 }
 
+/// The lowest digits of an index, which are still to be shuffled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LowDigits {
+    /// The first base-4 digit: 1 where one binary digit comes before it.
+    pub from: u32,
+    /// The digit after the last.
+    pub to: u32,
+    /// All that lies above.
+    pub kept: u64,
+    key: u64,
+}
+
+impl LowDigits {
+    /// Base-4 digit `i` of a Morton index in its place, permuted by a hash of the higher ones.
+    #[inline(always)]
+    pub fn shuffled(&self, i: u32, morton: u64) -> u64 {
+        let shift = 2 * i - self.from;
+        let hash = mix_bits(morton >> (shift + 2) ^ self.key);
+        permute_base_4((morton >> shift) & 3, (hash >> 24) as u32) << shift
+    }
+
+    /// The binary digit before the first.
+    #[inline(always)]
+    pub fn last_bit(&self, morton: u64) -> u64 {
+        (morton & 1) ^ (mix_bits(morton >> 1 ^ self.key) & 1)
+    }
+}
+
 impl ZSobolSampler {
+    pub(super) fn randomization(&self) -> Randomization {
+        self.randomization
+    }
+
     pub(super) fn new(settings: &SamplerSettings) -> Self {
         // Rounded up: with a smaller power of two, samples of neighbouring pixels would be the same ones.
         let log2_spp = settings.spp.clamp(1, 1 << 24).next_power_of_two().trailing_zeros();
@@ -62,38 +94,55 @@ impl ZSobolSampler {
         }
     }
 
-    /// The base-4 digits `from..to` of the Morton index, lowest first, each permuted by a hash of the higher ones.
+    /// The Morton index of a sample, and what its round's seed is made of.
     #[inline(always)]
-    fn shuffled_digits(&self, from: u32, to: u32, key: u64) -> u64 {
+    pub(super) fn place_on_curve(&self, pixel: [u32; 2], sample_index: u32) -> (u64, [u64; 2]) {
+        let round = u64::from(sample_index) >> self.log2_spp;
+        let within = u64::from(sample_index) & ((1 << self.log2_spp) - 1);
+        // Pixels outside the stated resolution (a filter's border) must not share points with those inside.
+        let outside = u64::from(pixel[0] >> 16) | u64::from(pixel[1] >> 16) << 16;
+        let morton = morton_2d(pixel[0] & 0xffff, pixel[1] & 0xffff) << self.log2_spp | within;
+        let beyond = if 2 * self.base4_digits - (self.log2_spp & 1) < 64 {
+            morton >> (2 * self.base4_digits - (self.log2_spp & 1))
+        } else {
+            0
+        };
+        (morton, [round, outside | beyond << 32])
+    }
+
+    /// The digits of the current dimension up to the highest of the bits `varying`; the higher ones are taken from `index`.
+    #[inline]
+    pub(super) fn low_digits(&self, varying: u64, index: u64) -> LowDigits {
+        let key = match self.memory.known.get(self.dimension as usize) {
+            Some(known) => known.key,
+            None => hash_combine(self.round_seed, u64::from(self.dimension)),
+        };
         let odd = self.log2_spp & 1;
-        let mut index = 0;
-        for i in (from..to).rev() {
-            let shift = 2 * i - odd;
-            let digit = (self.morton >> shift) & 3;
-            let hash = mix_bits(self.morton >> (shift + 2) ^ key);
-            index |= permute_base_4(digit, (hash >> 24) as u32) << shift;
-        }
-        index
+        let to = if varying == 0 { odd } else { (63 - varying.leading_zeros() + odd) / 2 + 1 };
+        self.digits_below(to, index, key)
+    }
+
+    #[inline(always)]
+    fn digits_below(&self, to: u32, index: u64, key: u64) -> LowDigits {
+        let odd = self.log2_spp & 1;
+        let to = to.min(self.base4_digits);
+        let shift = 2 * to - odd;
+        LowDigits { from: odd, to, key, kept: if shift < 64 { index >> shift << shift } else { 0 } }
     }
 
     /// The Morton index with its lowest digits, up to number `to`, permuted; the higher ones are taken from `index`.
     #[inline(always)]
     fn shuffled(&self, to: u32, index: u64, key: u64) -> u64 {
-        let odd = self.log2_spp & 1;
-        let to = to.min(self.base4_digits);
-        let shift = 2 * to - odd;
-        let kept = if shift < 64 { index >> shift << shift } else { 0 };
-        let mut index = kept | self.shuffled_digits(odd, to, key);
-        if odd == 1 {
-            // An odd power of two leaves one binary digit at the end.
-            index |= (self.morton & 1) ^ (mix_bits(self.morton >> 1 ^ key) & 1);
-        }
-        index
+        let digits = self.digits_below(to, index, key);
+        let index =
+            (digits.from..digits.to).rev().fold(digits.kept, |index, i| index | digits.shuffled(i, self.morton));
+        // An odd power of two leaves one binary digit at the end.
+        if digits.from == 1 { index | digits.last_bit(self.morton) } else { index }
     }
 
     /// The point's place in the sequence, which is its Morton index with the digits permuted, and a hash of the dimension.
     #[inline]
-    fn place(&mut self) -> (u64, u64) {
+    pub(super) fn place(&mut self) -> (u64, u64) {
         let d = self.dimension as usize;
         let key = || hash_combine(self.round_seed, u64::from(self.dimension));
         let hash = || hash_combine(!self.round_seed, u64::from(self.dimension));
@@ -119,15 +168,15 @@ impl ZSobolSampler {
 }
 
 /// The 24 permutations of four elements, two bits each, the image of 0 lowest.
-const PERMUTATIONS: [u8; 24] = permutations_of_four();
+static PERMUTATIONS: [u32; 24] = permutations_of_four();
 
-const fn permutations_of_four() -> [u8; 24] {
+const fn permutations_of_four() -> [u32; 24] {
     let mut table = [0; 24];
     let (mut count, mut code) = (0, 0u16);
     while code < 256 {
         let images = (1 << (code & 3)) | (1 << (code >> 2 & 3)) | (1 << (code >> 4 & 3)) | (1 << (code >> 6 & 3));
         if images == 0b1111 {
-            table[count] = code as u8;
+            table[count] = code as u32;
             count += 1;
         }
         code += 1;
@@ -138,7 +187,7 @@ const fn permutations_of_four() -> [u8; 24] {
 /// Applies permutation number `which` of 24 to a base-4 digit.
 #[inline(always)]
 fn permute_base_4(digit: u64, which: u32) -> u64 {
-    u64::from(PERMUTATIONS[which as usize % 24] >> (2 * digit) & 3)
+    u64::from(PERMUTATIONS[(which % 24) as usize] >> (2 * digit) & 3)
 }
 
 /// Interleaves the bits of `x` (even places) and `y` (odd places).
@@ -158,22 +207,19 @@ fn morton_2d(x: u32, y: u32) -> u64 {
 impl SampleSource for ZSobolSampler {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample_index: u32, dimension: u32) {
-        let round = u64::from(sample_index) >> self.log2_spp;
-        let within = u64::from(sample_index) & ((1 << self.log2_spp) - 1);
-        // Pixels outside the stated resolution (a filter's border) must not share points with those inside.
-        let outside = u64::from(pixel[0] >> 16) | u64::from(pixel[1] >> 16) << 16;
-        self.morton = morton_2d(pixel[0] & 0xffff, pixel[1] & 0xffff) << self.log2_spp | within;
-        let beyond = if 2 * self.base4_digits - (self.log2_spp & 1) < 64 {
-            self.morton >> (2 * self.base4_digits - (self.log2_spp & 1))
-        } else {
-            0
-        };
-        if self.round != [round, outside | beyond << 32] {
-            self.round = [round, outside | beyond << 32];
-            self.round_seed = hash_combine(hash_combine(self.seed, round), outside | beyond << 32);
+        let (morton, round) = self.place_on_curve(pixel, sample_index);
+        self.morton = morton;
+        if self.round != round {
+            self.round = round;
+            self.round_seed = hash_combine(hash_combine(self.seed, round[0]), round[1]);
             self.memory.filled = 0;
         }
         self.dimension = dimension;
+    }
+
+    #[inline]
+    fn dimension(&self) -> u32 {
+        self.dimension
     }
 
     #[inline]

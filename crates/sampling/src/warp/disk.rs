@@ -24,7 +24,7 @@ pub(super) fn turn(p: [f32; 2]) -> f32 {
 }
 
 /// Uniform point of the unit disk: squares around the centre become circles, so that strata stay compact.
-#[inline]
+#[inline(always)]
 pub fn square_to_uniform_disk_concentric(u: [f32; 2]) -> [f32; 2] {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {

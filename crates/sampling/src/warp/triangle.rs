@@ -3,7 +3,7 @@
 /// Uniform barycentric coordinates, summing to one.
 ///
 /// The square is folded along its diagonal, which distorts strata less than the classic square root.
-#[inline]
+#[inline(always)]
 pub fn square_to_uniform_triangle(u: [f32; 2]) -> [f32; 3] {
     let (b0, b1) = if u[0] < u[1] {
         let b0 = 0.5 * u[0];

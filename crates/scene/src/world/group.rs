@@ -132,7 +132,7 @@ impl Group {
     pub fn build(scene: &Scene, primitives: &[Primitive], instances: &[(u32, Bounds3)]) -> Result<Self, Error> {
         let mut records = Vec::with_capacity(primitives.len());
         let mut primitive_of_triangle = Vec::new();
-        let (mut triangles, mut others, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut others, mut bounds) = (Vec::new(), Vec::new());
         let (mut quadrics, mut curves) = (Vec::new(), Vec::new());
         for (i, p) in primitives.iter().enumerate() {
             let i = i as u32;
@@ -142,7 +142,7 @@ impl Group {
                 media: p.media,
                 mesh: 0,
                 is_mesh: matches!(p.shape, Shape::Triangles(_)),
-                first_triangle: triangles.len() as u32,
+                first_triangle: primitive_of_triangle.len() as u32,
                 first_light: None,
                 unsampled_emission: None,
                 isotropic: false,
@@ -174,12 +174,7 @@ impl Group {
                     record.mesh = handle.index() as u32;
                     let mesh = &scene.triangle_meshes[*handle];
                     if shown {
-                        triangles.reserve(mesh.indices.len());
-                        for face in 0..mesh.indices.len() {
-                            let id = triangles.len() as u32;
-                            triangles.push(InputTriangle { p: mesh.triangle(face).p, id, filtered: p.alpha.is_some() });
-                        }
-                        primitive_of_triangle.resize(triangles.len(), i);
+                        primitive_of_triangle.resize(primitive_of_triangle.len() + mesh.indices.len(), i);
                     }
                 }
                 Shape::Bilinear(handle) => {
@@ -201,7 +196,16 @@ impl Group {
                 bounds.push(*b);
             }
         }
-        let accel = Accel::build(&triangles, &bounds)?;
+        let triangle = |i: usize| {
+            let p: &PrimitiveRecord = &records[primitive_of_triangle[i] as usize];
+            let mesh = &scene.triangle_meshes.as_slice()[p.mesh as usize];
+            InputTriangle {
+                p: mesh.triangle(i - p.first_triangle as usize).p,
+                id: i as u32,
+                filtered: p.alpha.is_some(),
+            }
+        };
+        let accel = Accel::build_from(primitive_of_triangle.len(), triangle, &bounds)?;
         Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics, curves })
     }
 

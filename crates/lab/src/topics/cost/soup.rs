@@ -62,11 +62,10 @@ impl Soup {
     /// A room of `n` triangles with `lamps` lamps under its ceiling. `None` if the tree cannot be built.
     pub fn new(n: usize, lamps: usize, seed: u64) -> Option<Self> {
         let triangles = clutter(n, seed);
-        let boxes: Vec<Primitive> = triangles
+        let boxes = triangles
             .iter()
-            .map(|t| Primitive { bounds: t.iter().fold(Bounds3::EMPTY, |b, &p| b.union_point(p)), kind: 0 })
-            .collect();
-        let tree = Bvh::build(&boxes, &BuildOptions::default()).ok()?;
+            .map(|t| Primitive { bounds: t.iter().fold(Bounds3::EMPTY, |b, &p| b.union_point(p)), kind: 0 });
+        let tree = Bvh::build(boxes, &BuildOptions::default()).ok()?;
         let lamps = (0..lamps)
             .map(|i| {
                 let x = -0.6 + 1.2 * i as f32 / (lamps.max(2) - 1) as f32;

@@ -25,6 +25,7 @@ pub use emitter::{Emitter, EmitterShape};
 pub(crate) use goniometric::mean_intensity;
 pub use lamp_points::LightPoint;
 pub(crate) use projection::projected_luminance;
+pub(in crate::world) use tree::PickRows;
 
 use super::texture::{MeshPoint, TextureContext, rgb_lanes};
 use super::{Surface, World};
@@ -51,6 +52,18 @@ impl LightContext {
             reference: Reference { p: surface.p, p_error: surface.p_error, n: surface.n, ns: frame.normal() },
             beside_lobes: false,
         }
+    }
+
+    /// Any point.
+    #[inline]
+    pub(in crate::world) fn of_reference(reference: Reference) -> Self {
+        Self { reference, beside_lobes: false }
+    }
+
+    /// Its position.
+    #[inline]
+    pub(in crate::world) fn position(&self) -> Point3 {
+        self.reference.p
     }
 
     /// The same point for a caller that finds lights by its lobe as well, and weights both: directions in which lobes do as well are
@@ -183,7 +196,7 @@ impl World {
     }
 
     #[inline(always)]
-    fn sample_picked(
+    pub(in crate::world) fn sample_picked(
         &self,
         context: &LightContext,
         light: u32,

@@ -2,11 +2,12 @@
 
 use super::bounds::LightBounds;
 use super::far::Far;
-use super::tree::LightTree;
+use super::tree::{LightTree, PickRows};
 use super::{LightContext, Lights};
 use crate::LightSelection;
 use crate::world::World;
-use steradian_math::Bounds3;
+use steradian_bvh::fearless_simd::{Level, dispatch};
+use steradian_math::{Bounds3, Row, Rows3, row_end};
 use steradian_sampling::AliasTable;
 
 /// How lights are picked, with the tables for it.
@@ -92,7 +93,7 @@ impl Lights {
 
 /// A light that was picked.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pick {
+pub(in crate::world) struct Pick {
     pub light: u32,
     /// Of this choice.
     pub probability: f32,
@@ -111,7 +112,7 @@ impl Pick {
 impl World {
     /// Picks a light.
     #[inline]
-    pub(super) fn pick_light(&self, context: &LightContext, u: f32) -> Option<Pick> {
+    pub(in crate::world) fn pick_light(&self, context: &LightContext, u: f32) -> Option<Pick> {
         let lights = &self.lights;
         match &lights.selection {
             Selection::None => None,
@@ -141,6 +142,21 @@ impl World {
                 tree.sample(from.p, from.ns, u).map(|pick| Pick { probability: pick.probability * share, ..pick })
             }
         }
+    }
+
+    /// Picks lights for the first `n` points of a row, beside lobes. `false` if they have to be picked one by one.
+    pub(in crate::world) fn pick_lights(
+        &self,
+        level: Level,
+        (p, ns): (&Rows3, &Rows3),
+        u: &Row,
+        n: usize,
+        out: &mut PickRows,
+    ) -> bool {
+        let Selection::Tree { tree, placeless } = &self.lights.selection else { return false };
+        let (Some(node), true) = (tree.one_node(), placeless[1].ids.is_empty()) else { return false };
+        dispatch!(level, _simd => node.sample_rows(p, ns, u, row_end(n), out));
+        true
     }
 
     /// The probability of that choice.

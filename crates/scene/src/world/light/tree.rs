@@ -6,7 +6,7 @@
 
 use super::bounds::{LightBounds, Prepared};
 use super::selection::Pick;
-use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3};
+use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3, ROW, Row, Rows3, Vec3};
 
 /// Children of a node, and as many as are worked on side by side.
 const WIDTH: usize = 8;
@@ -62,58 +62,90 @@ impl Node {
 
     /// The importances of four children, from `first` on.
     #[inline(always)]
-    fn four(&self, first: usize, p: Point3, n: Normal3) -> Four {
-        let of = |v: &Eight| Four(std::array::from_fn(|i| v[first + i]));
-        let (zero, one) = (Four::of(0.0), Four::of(1.0));
-        let [x, y, z] = [0, 1, 2].map(|axis| Four::of(p[axis]) - of(&self.centre[axis]));
-        let radius2 = of(&self.radius2);
-        let d2 = x * x + y * y + z * z;
-        let inverse = one / d2.max(Four::of(1e-30)).sqrt();
-        // Inside the sphere around the bounds, light may come from anywhere.
-        let sin2 = radius2 * (inverse * inverse);
-        let sin_b = d2.where_above(radius2, sin2.sqrt(), zero);
-        let cos_b = d2.where_above(radius2, (one - sin2).max(zero).sqrt(), Four::of(-1.0));
-        // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
-        let cos = (of(&self.axis[0]) * x + of(&self.axis[1]) * y + of(&self.axis[2]) * z) * inverse;
-        let cos = cos.max(cos * of(&self.mirror));
-        let sin = (one - cos * cos).max(zero).sqrt();
-        let (cone_cos, cone_sin) = (of(&self.cos), of(&self.sin));
-        let cos_x = cos.where_above(cone_cos, one, cos * cone_cos + sin * cone_sin);
-        let sin_x = cos.where_above(cone_cos, zero, sin * cone_cos - cos * cone_sin);
-        let cos_p = cos_x.where_above(cos_b, one, cos_x * cos_b + sin_x * sin_b);
-        let mut importance = of(&self.power) * cos_p.max(Four::of(1e-4)) / d2.max(radius2).max(Four::of(1e-20));
-        // The same at the surface that is lit.
-        if n != Normal3::default() {
-            let cos_i = ((Four::of(n.x) * x + Four::of(n.y) * y + Four::of(n.z) * z) * inverse).abs();
-            let sin_i = (one - cos_i * cos_i).max(zero).sqrt();
-            let lit = cos_i.where_above(cos_b, one, cos_i * cos_b + sin_i * sin_b);
-            importance = importance * lit.max(Four::of(1e-4));
+    fn four(&self, first: usize, p: Point3, n: Normal3) -> Many<HALF> {
+        let of = |v: &Eight| Many(std::array::from_fn(|i| v[first + i]));
+        let n = (n != Normal3::default()).then(|| [n.x, n.y, n.z].map(Many::of));
+        self.children(of).importance([p.x, p.y, p.z].map(Many::of), n)
+    }
+
+    /// The children that `of` takes out of their rows.
+    #[inline(always)]
+    fn children<const N: usize>(&self, of: impl Fn(&Eight) -> Many<N>) -> Children<N> {
+        Children {
+            centre: self.centre.each_ref().map(&of),
+            radius2: of(&self.radius2),
+            axis: self.axis.each_ref().map(&of),
+            cos: of(&self.cos),
+            sin: of(&self.sin),
+            least: of(&self.least),
+            mirror: of(&self.mirror),
+            power: of(&self.power),
         }
-        cos_p.where_above(of(&self.least), importance, zero)
     }
 }
 
-/// Four numbers side by side, in plain arithmetic that compilers turn into vectors.
+/// Some children of a node, or one for each of some points.
+struct Children<const N: usize> {
+    centre: [Many<N>; 3],
+    radius2: Many<N>,
+    axis: [Many<N>; 3],
+    cos: Many<N>,
+    sin: Many<N>,
+    least: Many<N>,
+    mirror: Many<N>,
+    power: Many<N>,
+}
+
+impl<const N: usize> Children<N> {
+    /// See [`Node::importances`].
+    #[inline(always)]
+    fn importance(&self, p: [Many<N>; 3], n: Option<[Many<N>; 3]>) -> Many<N> {
+        let (zero, one) = (Many::of(0.0), Many::of(1.0));
+        let [x, y, z] = [0, 1, 2].map(|axis| p[axis] - self.centre[axis]);
+        let d2 = x * x + y * y + z * z;
+        let inverse = one / d2.max(Many::of(1e-30)).sqrt();
+        // Inside the sphere around the bounds, light may come from anywhere.
+        let sin2 = self.radius2 * (inverse * inverse);
+        let sin_b = d2.where_above(self.radius2, sin2.sqrt(), zero);
+        let cos_b = d2.where_above(self.radius2, (one - sin2).max(zero).sqrt(), Many::of(-1.0));
+        // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
+        let cos = (self.axis[0] * x + self.axis[1] * y + self.axis[2] * z) * inverse;
+        let cos = cos.max(cos * self.mirror);
+        let sin = (one - cos * cos).max(zero).sqrt();
+        let cos_x = cos.where_above(self.cos, one, cos * self.cos + sin * self.sin);
+        let sin_x = cos.where_above(self.cos, zero, sin * self.cos - cos * self.sin);
+        let cos_p = cos_x.where_above(cos_b, one, cos_x * cos_b + sin_x * sin_b);
+        let mut importance = self.power * cos_p.max(Many::of(1e-4)) / d2.max(self.radius2).max(Many::of(1e-20));
+        // The same at the surface that is lit.
+        if let Some([nx, ny, nz]) = n {
+            let cos_i = ((nx * x + ny * y + nz * z) * inverse).abs();
+            let sin_i = (one - cos_i * cos_i).max(zero).sqrt();
+            let lit = cos_i.where_above(cos_b, one, cos_i * cos_b + sin_i * sin_b);
+            importance = importance * lit.max(Many::of(1e-4));
+        }
+        cos_p.where_above(self.least, importance, zero)
+    }
+}
+
+/// Numbers side by side, in plain arithmetic that compilers turn into vectors.
 #[derive(Clone, Copy)]
 #[repr(align(16))]
-struct Four([f32; HALF]);
+struct Many<const N: usize>([f32; N]);
 
-impl Four {
+impl<const N: usize> Many<N> {
     #[inline(always)]
     fn of(x: f32) -> Self {
-        Self([x; HALF])
+        Self([x; N])
     }
 
     #[inline(always)]
     fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        let [a, b, c, d] = self.0;
-        Self([f(a), f(b), f(c), f(d)])
+        Self(std::array::from_fn(|i| f(self.0[i])))
     }
 
     #[inline(always)]
     fn with(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        let ([a, b, c, d], [e, g, h, i]) = (self.0, o.0);
-        Self([f(a, e), f(b, g), f(c, h), f(d, i)])
+        Self(std::array::from_fn(|i| f(self.0[i], o.0[i])))
     }
 
     /// The larger ones; one instruction, unlike `f32::max`.
@@ -141,7 +173,7 @@ impl Four {
 
 macro_rules! lane_by_lane {
     ($($operator:ident $method:ident $symbol:tt),*) => {$(
-        impl std::ops::$operator for Four {
+        impl<const N: usize> std::ops::$operator for Many<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, o: Self) -> Self {
@@ -254,6 +286,13 @@ impl LightTree {
         }
     }
 
+    /// The lights among which all points of a row can choose at once, if there are no more than one node has.
+    #[inline]
+    pub fn one_node(&self) -> Option<OneNode<'_>> {
+        let [node] = self.nodes.as_slice() else { return None };
+        Some(OneNode(node))
+    }
+
     /// The probability with which `sample` picks the light.
     #[inline]
     pub fn probability(&self, p: Point3, n: Normal3, light: u32) -> f32 {
@@ -272,6 +311,66 @@ impl LightTree {
             }
             (at, place) = node.parent;
         }
+    }
+}
+
+/// A tree that is one node.
+#[derive(Clone, Copy)]
+pub struct OneNode<'t>(&'t Node);
+
+impl OneNode<'_> {
+    /// [`LightTree::sample`] for the first `end` points of a row.
+    #[inline(always)]
+    pub fn sample_rows(&self, p: &Rows3, n: &Rows3, u: &Row, end: usize, out: &mut PickRows) {
+        let count = (self.0.count as usize).min(WIDTH);
+        for c in 0..count {
+            let child = self.0.children(|v| Many::<1>([v[c]]));
+            for i in 0..end.min(ROW) {
+                let of = |v: Vec3| [v.x, v.y, v.z].map(Many::of);
+                out.importances[c].0[i] = child.importance(of(p.vec(i)), Some(of(n.vec(i)))).0[0];
+            }
+        }
+        for c in count..WIDTH {
+            out.importances[c] = Row::default();
+        }
+        for i in 0..end.min(ROW) {
+            let importances: Eight = std::array::from_fn(|c| out.importances[c].0[i]);
+            let total = sum(&importances);
+            let mut left = u.0[i] * total;
+            let (mut light, mut importance, mut found) = (0, 0.0, false);
+            for c in 0..WIDTH {
+                let v = importances[c];
+                let reached = !found & (v > 0.0);
+                light = if reached { self.0.child[c] & !LIGHT } else { light };
+                importance = if reached { v } else { importance };
+                found |= reached & (left < v);
+                left = if reached & !found { left - v } else { left };
+            }
+            out.light.0[i] = light;
+            out.none.0[i] = u32::from(total <= 0.0);
+            out.probability.0[i] = importance / total;
+            out.u.0[i] = (left / importance).clamp(0.0, ONE_MINUS_EPSILON);
+        }
+    }
+}
+
+/// [`Pick`]s side by side.
+#[derive(Clone, Debug, Default)]
+pub struct PickRows {
+    importances: [Row; WIDTH],
+    /// Whether no light reaches the point.
+    none: Row<u32>,
+    light: Row<u32>,
+    probability: Row,
+    u: Row,
+}
+
+impl PickRows {
+    /// What was picked for a place.
+    #[inline]
+    pub fn pick(&self, i: usize) -> Option<Pick> {
+        let pick = Pick { light: self.light.0[i], probability: self.probability.0[i], u: self.u.0[i] };
+        (self.none.0[i] == 0).then_some(pick)
     }
 }
 

@@ -1,0 +1,307 @@
+//! Path tracing of many samples side by side (a wavefront, after Laine, Karras and Aila 2013): the picture is that of [`Path`], bit for bit.
+//!
+//! All paths of a batch make one bounce, then the next. Rays are traced one by one. Where they arrive on plain surfaces
+//! ([`PlainSurfaces`]), the paths stand in rows, and each step of the bounce is one loop over the rows; all others make their bounce by the
+//! function that a path alone would have used.
+
+use crate::camera_sample;
+use crate::path::{Path, Walk};
+use crate::record::{self, RayKind, Record};
+use fearless_simd::{Level, dispatch};
+use steradian_math::{INV_PI, Point2, ROW, Ray, Row, Rows3, offset_ray_origin, row_end};
+use steradian_sampling::mis::power_weight;
+use steradian_sampling::sampler::{SamplePlace, Sampler};
+use steradian_sampling::warp::square_to_cosine_hemisphere;
+use steradian_scene::{Hit, LightContext, LightRows, PlainSurfaces, PointRows, Techniques, World};
+use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
+
+/// Dimensions that a bounce takes: light (1 + 2), lobe (1 + 2), roulette (1).
+const DIMENSIONS: u32 = 7;
+
+/// A path of a batch.
+#[derive(Clone, Copy, Debug)]
+struct Lane {
+    walk: Walk,
+    weight: f32,
+    wavelengths: Wavelengths,
+    place: SamplePlace,
+}
+
+/// Paths that are followed together, and the rows that they stand in. Memory to be used again and again.
+#[derive(Clone, Debug)]
+pub struct Batch {
+    path: Path,
+    plain: PlainSurfaces,
+    level: Level,
+    lanes: Vec<Lane>,
+    alive: Vec<u32>,
+    rows: Box<Rows>,
+}
+
+/// What stands side by side.
+#[derive(Clone, Debug, Default)]
+struct Rows {
+    /// Which paths.
+    lanes: Vec<u32>,
+    places: Vec<SamplePlace>,
+    contexts: Vec<LightContext>,
+    /// Numbers: for the light, the point on it, the direction, roulette.
+    numbers: [[Row; 2]; 4],
+    points: PointRows,
+    lights: LightRows,
+    albedo: LaneRows,
+    beta: LaneRows,
+    eta_scale: Row,
+    depth: Row<u32>,
+    /// Light that arrives if nothing is in the way, and the ray that asks.
+    direct: LaneRows,
+    lit: Row<u32>,
+    shadow_o: Rows3,
+    shadow_d: Rows3,
+    /// The next direction.
+    wi: Rows3,
+    o: Rows3,
+    p_lobe: Row,
+    scattered: Row<u32>,
+    alive: Row<u32>,
+}
+
+impl Batch {
+    /// For a world and a sampler that allow it; `None` means one path at a time.
+    pub fn new(path: Path, world: &World, sampler: &Sampler) -> Option<Self> {
+        let fits = sampler.has_rows() && !world.has_subsurface();
+        fits.then(|| Self {
+            path,
+            plain: world.plain_surfaces(),
+            level: world.level(),
+            lanes: Vec::new(),
+            alive: Vec::new(),
+            rows: Box::default(),
+        })
+    }
+
+    /// Uses another instruction set; the paths are the same, bit for bit.
+    pub fn set_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        self.lanes.clear();
+    }
+
+    /// Adds the path through a film position of sample `sample` of `pixel`, at which the sampler stands.
+    pub fn push(
+        &mut self,
+        world: &World,
+        film: Point2,
+        wavelengths: Wavelengths,
+        (pixel, sample, sampler): ([u32; 2], u32, &mut Sampler),
+    ) {
+        let camera_ray = world.camera_ray(&camera_sample(world, film, None, sampler));
+        let place = SamplePlace { pixel, sample, dimension: sampler.dimension() };
+        self.lanes.push(Lane { walk: Walk::new(&camera_ray), weight: camera_ray.weight, wavelengths, place });
+    }
+
+    /// How many paths there are.
+    pub fn len(&self) -> usize {
+        self.lanes.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.lanes.is_empty()
+    }
+
+    /// The radiance of path number `i`, weighted as the lens does, and the wavelengths that are left of it.
+    pub fn radiance(&self, i: usize) -> (Lanes, &Wavelengths) {
+        let lane = &self.lanes[i];
+        (lane.walk.radiance * lane.weight, &lane.wavelengths)
+    }
+
+    /// Follows all paths to their ends.
+    pub fn run<R: Record>(&mut self, world: &World, sampler: &mut Sampler, record: &mut R) {
+        self.alive.clear();
+        // Nothing comes through where the lens has no weight.
+        let through = |&i: &u32| self.lanes[i as usize].weight != 0.0;
+        self.alive.extend((0..self.lanes.len() as u32).filter(through));
+        self.alive.iter().for_each(|_| record.ray(RayKind::Camera));
+        while !self.alive.is_empty() {
+            let mut alive = std::mem::take(&mut self.alive);
+            let mut kept = 0;
+            for first in (0..alive.len()).step_by(ROW) {
+                let end = (first + ROW).min(alive.len());
+                let survivors = self.bounce(world, &mut alive[first..end], sampler, record);
+                alive.copy_within(first..first + survivors, kept);
+                kept += survivors;
+            }
+            alive.truncate(kept);
+            self.alive = alive;
+        }
+    }
+
+    /// One bounce of at most [`ROW`] paths; the survivors come to the front, in their order.
+    fn bounce<R: Record>(&mut self, world: &World, paths: &mut [u32], sampler: &mut Sampler, record: &mut R) -> usize {
+        let mut alive = 0u64;
+        let rows = &mut *self.rows;
+        rows.lanes.clear();
+        for (k, &lane) in paths.iter().enumerate() {
+            let Lane { walk, wavelengths, place, .. } = &mut self.lanes[lane as usize];
+            let Some(hit) = record::intersect(world, &walk.ray, record) else {
+                self.path.escape(world, walk, wavelengths, record);
+                record.path(walk.depth);
+                continue;
+            };
+            if let Some(albedo) = world.plain_albedo(&self.plain, &hit, wavelengths) {
+                if walk.depth == self.path.max_depth {
+                    record.path(walk.depth);
+                } else {
+                    rows.place(world, &hit, k, walk, albedo);
+                }
+                continue;
+            }
+            sampler.start(place.pixel, place.sample, place.dimension);
+            if self.path.bounce(world, &hit, walk, wavelengths, sampler, record).is_continue() {
+                alive |= 1 << k;
+                place.dimension = sampler.dimension();
+            } else {
+                record.path(walk.depth);
+            }
+        }
+        if !rows.lanes.is_empty() {
+            alive |= rows.scatter((world, self.level), paths, &mut self.lanes, sampler, record);
+        }
+        let mut kept = 0;
+        for k in 0..paths.len() {
+            if alive >> k & 1 == 1 {
+                paths[kept] = paths[k];
+                kept += 1;
+            }
+        }
+        kept
+    }
+}
+
+impl Rows {
+    /// Puts a path that has met a plain surface into the next place. `k` is its number in the bounce.
+    #[inline]
+    fn place(&mut self, world: &World, hit: &Hit, k: usize, walk: &Walk, albedo: Lanes) {
+        let i = self.lanes.len();
+        self.lanes.push(k as u32);
+        world.place_hit(hit, walk.ray.d, &mut self.points, i);
+        self.albedo.set(i, albedo);
+        self.beta.set(i, walk.beta);
+        self.eta_scale.0[i] = walk.eta_scale;
+        self.depth.0[i] = walk.depth + 1;
+    }
+
+    /// Makes the bounce of all paths in the rows; the bits of the result name the survivors.
+    fn scatter<R: Record>(
+        &mut self,
+        (world, level): (&World, Level),
+        paths: &[u32],
+        lanes: &mut [Lane],
+        sampler: &mut Sampler,
+        record: &mut R,
+    ) -> u64 {
+        let n = self.lanes.len();
+        let of = |k: u32| paths[k as usize] as usize;
+        self.points.work_out(level, n);
+        self.places.clear();
+        self.places.extend(self.lanes.iter().map(|&k| lanes[of(k)].place));
+        sampler.rows(level, &self.places, &[0, 1, 4, 6], &mut self.numbers);
+        self.contexts.clear();
+        self.contexts.extend((0..n).map(|i| self.points.light_context(i)));
+        let [u_light, u_point, ..] = &self.numbers;
+        let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
+        let points = (self.contexts.as_slice(), &self.points);
+        world.sample_lights(level, points, &u_light[0], u_point, wavelengths, &mut self.lights);
+        dispatch!(level, _simd => self.connect(n));
+        for i in 0..n {
+            if self.lit.0[i] == 0 {
+                continue;
+            }
+            let walk = &mut lanes[of(self.lanes[i])].walk;
+            let (o, time) = (self.shadow_o.point(i), walk.ray.time);
+            let ray = if self.lights.infinite.0[i] != 0 {
+                Ray::new(o, self.lights.wi.vec(i), time)
+            } else {
+                Ray { o, d: self.shadow_d.vec(i), t_max: 1.0f32.next_down(), time }
+            };
+            record.ray(RayKind::Shadow);
+            if !record::occluded(world, &ray, record) {
+                walk.radiance += self.direct.get(i);
+            }
+        }
+        dispatch!(level, _simd => self.reflect(n));
+        let mut alive = 0;
+        for i in 0..n {
+            let Lane { walk, place, .. } = &mut lanes[of(self.lanes[i])];
+            walk.depth += 1;
+            if self.scattered.0[i] != 0 {
+                record.ray(RayKind::Scattered);
+            }
+            if self.alive.0[i] == 0 {
+                record.path(walk.depth);
+                continue;
+            }
+            alive |= 1 << self.lanes[i];
+            place.dimension += DIMENSIONS;
+            walk.ray = Ray::new(self.o.point(i), self.wi.vec(i), walk.ray.time);
+            walk.differential = None;
+            walk.beta = self.beta.get(i);
+            walk.p_lobe = self.p_lobe.0[i];
+            walk.previous = Some(self.contexts[i]);
+            walk.any_non_specular = true;
+        }
+        alive
+    }
+
+    /// The light of the sampled lights by way of a diffuse lobe, weighted against finding it by the lobe.
+    #[inline(always)]
+    fn connect(&mut self, n: usize) {
+        for i in 0..row_end(n) {
+            let (wi, wo) = (self.lights.wi.vec(i), self.points.wo.vec(i));
+            let local = self.points.frame(i).to_local(wi);
+            let same_side = wo.z * local.z > 0.0;
+            let cos = local.z.abs() * INV_PI;
+            let p_lobe = if same_side { cos } else { 0.0 };
+            let f = self.albedo.get(i) * p_lobe;
+            let value = self.beta.get(i) * f * self.lights.radiance.get(i);
+            let p_light = self.lights.pdf.0[i];
+            let weight = power_weight(p_light, p_lobe);
+            let weight = if self.lights.is_delta.0[i] != 0 { 1.0 } else { weight };
+            let lit = (self.lights.lit.0[i] != 0) & !value.is_black();
+            self.lit.0[i] = u32::from(lit);
+            self.direct.set(i, value * (weight / p_light));
+            let o = offset_ray_origin(self.points.p.point(i), self.points.p_error.vec(i), self.points.n.normal(i), wi);
+            self.shadow_o.set(i, o.to_vec());
+            self.shadow_d.set(i, self.lights.end.point(i) - o);
+        }
+    }
+
+    /// A direction of the diffuse lobe, and roulette.
+    #[inline(always)]
+    fn reflect(&mut self, n: usize) {
+        for i in 0..row_end(n) {
+            let [.., direction, roulette] = &self.numbers;
+            let mut wi = square_to_cosine_hemisphere([direction[0].0[i], direction[1].0[i]]);
+            let pdf = wi.z * INV_PI;
+            let wo = self.points.wo.vec(i);
+            wi.z = wi.z.copysign(wo.z);
+            let scattered = (pdf > 0.0) & (wo.z != 0.0);
+            let world = self.points.frame(i).from_local(wi);
+            let beta = self.beta.get(i) * self.albedo.get(i);
+            let left = (beta * self.eta_scale.0[i]).max_component() / Techniques::ROULETTE;
+            let survival = if self.depth.0[i] > 1 { left.min(1.0) } else { 1.0 };
+            let ends = (survival < 1.0) & (roulette[0].0[i] >= survival);
+            self.beta.set(i, beta * if survival < 1.0 { 1.0 / survival } else { 1.0 });
+            self.p_lobe.0[i] = pdf;
+            self.scattered.0[i] = u32::from(scattered);
+            self.alive.0[i] = u32::from(scattered & !ends);
+            self.wi.set(i, world);
+            let (p, p_error, n) = (self.points.p.point(i), self.points.p_error.vec(i), self.points.n.normal(i));
+            self.o.set(i, offset_ray_origin(p, p_error, n, world).to_vec());
+        }
+    }
+}

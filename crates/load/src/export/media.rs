@@ -1,0 +1,92 @@
+//! Media between surfaces.
+
+use super::Writer;
+use super::text::{integers, list, number, spectrum, transform};
+use steradian_math::Bounds3;
+use steradian_scene::{Coefficients, Medium, RgbGrid, Volume, VoxelGrid};
+
+impl Writer<'_> {
+    pub(super) fn media(&mut self) {
+        for (index, m) in self.scene.media.iter().enumerate() {
+            let kind = self.medium(m);
+            // The coefficients of a cloud have no factor, but its density has.
+            let scale = match m.volume {
+                Volume::Cloud(_) => String::new(),
+                _ => format!(" \"float scale\" {}", number(m.scale)),
+            };
+            let text =
+                format!("MakeNamedMedium \"medium{index}\" \"float g\" {}{scale} \"string type\" {kind}", number(m.g));
+            self.head(&format!("AttributeBegin\n{}\n{text}\nAttributeEnd", transform(&m.world_from_medium)));
+        }
+    }
+
+    fn medium(&mut self, m: &Medium) -> String {
+        self.subject = if m.name.is_empty() { String::new() } else { format!("\"{}\"", m.name) };
+        match &m.volume {
+            Volume::Homogeneous { coefficients, emission } => {
+                let glow = emission.as_ref().map(|(s, scale)| {
+                    format!(" {} \"float Lescale\" {}", spectrum("Le", s), number(scale * s.photometric()))
+                });
+                format!("\"homogeneous\" {}{}", sigmas(coefficients), glow.unwrap_or_default())
+            }
+            Volume::Grid { coefficients, bounds, density, glow } => {
+                if glow.is_some() {
+                    self.note("media that glow in places are written dark");
+                }
+                let values = list(&density.values);
+                format!(
+                    "\"uniformgrid\" {} {} \"float density\" {values}",
+                    sigmas(coefficients),
+                    cells(density.size, bounds)
+                )
+            }
+            Volume::RgbGrid(grid) => rgb_grid(grid),
+            Volume::Cloud(c) => format!(
+                "\"cloud\" {} {} \"float density\" {} \"float wispiness\" {} \"float frequency\" {}",
+                sigmas(&c.coefficients),
+                corners(&c.bounds),
+                number(c.density * m.scale),
+                number(c.wispiness),
+                number(c.frequency)
+            ),
+            Volume::Sparse { .. } => {
+                self.note("sparse grids of NanoVDB are left out: the medium is written empty");
+                "\"homogeneous\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 0 0 0 ]".into()
+            }
+        }
+    }
+}
+
+fn sigmas(c: &Coefficients) -> String {
+    format!("{} {}", spectrum("sigma_a", &c.sigma_a), spectrum("sigma_s", &c.sigma_s))
+}
+
+fn corners(b: &Bounds3) -> String {
+    let of = |p: steradian_math::Point3| list(&[p.x, p.y, p.z]);
+    format!("\"point3 p0\" {} \"point3 p1\" {}", of(b.min), of(b.max))
+}
+
+fn cells([x, y, z]: [u32; 3], b: &Bounds3) -> String {
+    format!(
+        "\"integer nx\" {} \"integer ny\" {} \"integer nz\" {}\n  {}",
+        integers([x]),
+        integers([y]),
+        integers([z]),
+        corners(b)
+    )
+}
+
+fn rgb_grid(g: &RgbGrid) -> String {
+    let emission = g.emission.as_ref().map(|e| &e.0);
+    let all = [("sigma_a", g.sigma_a.as_ref()), ("sigma_s", g.sigma_s.as_ref()), ("Le", emission)];
+    let size = all.iter().find_map(|(_, v)| v.map(|v: &VoxelGrid<[f32; 3]>| v.size)).unwrap_or([1; 3]);
+    let mut text = format!("\"rgbgrid\" {}", cells(size, &g.bounds));
+    for (name, values) in all.into_iter().filter_map(|(name, v)| Some((name, &v?.values))) {
+        let flat: Vec<f32> = values.iter().flatten().copied().collect();
+        text += &format!("\n  \"rgb {name}\" {}", list(&flat));
+    }
+    if let Some((_, scale)) = &g.emission {
+        text += &format!(" \"float Lescale\" {}", number(*scale));
+    }
+    text
+}

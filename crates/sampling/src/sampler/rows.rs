@@ -1,0 +1,196 @@
+//! Numbers for many samples side by side: the same ones that each sample alone would have got.
+
+use super::zsobol::LowDigits;
+use super::{PaddedSobolSampler, Randomization, SampleSource, Sampler, ZSobolSampler, pixel_hash};
+use crate::rng::{mix_bits, unit_f32};
+use crate::sequence::{laine_karras, pascal};
+use fearless_simd::{Level, dispatch};
+use steradian_math::{ROW, Row, row_end};
+
+/// A sample of a pixel, and the dimension that it has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SamplePlace {
+    /// The pixel.
+    pub pixel: [u32; 2],
+    /// The number of the sample in its pixel.
+    pub sample: u32,
+    /// The next dimension.
+    pub dimension: u32,
+}
+
+/// Points before their bits are scrambled, and what to scramble them by.
+#[derive(Default)]
+struct Raw {
+    x: Row<u32>,
+    y: Row<u32>,
+    seed_x: Row<u32>,
+    seed_y: Row<u32>,
+}
+
+impl Sampler {
+    /// Whether [`Sampler::rows`] can be asked.
+    pub fn has_rows(&self) -> bool {
+        match self {
+            Self::PaddedSobol(s) => s.randomization() == Randomization::FastOwen,
+            Self::ZSobol(s) => s.randomization() == Randomization::FastOwen,
+            Self::Independent(_) | Self::Stratified(_) | Self::Halton(_) | Self::Sobol(_) => false,
+        }
+    }
+
+    /// The points of the dimensions `offsets[k]` after those at which the samples stand, to `out[k]`: what `next_2d` gives there, whose
+    /// first number is what `next_1d` gives. Where the sampler stands afterwards is not said.
+    ///
+    /// # Panics
+    /// If there are more samples than [`ROW`], or not [`Sampler::has_rows`].
+    pub fn rows(&mut self, level: Level, samples: &[SamplePlace], offsets: &[u32], out: &mut [[Row; 2]]) {
+        assert!(samples.len() <= ROW, "{} samples in a row", samples.len());
+        let mut raw = Raw::default();
+        let mut words = Row::default();
+        let varying = match self {
+            Self::PaddedSobol(s) => s.keys(samples, &mut words),
+            Self::ZSobol(s) => s.mortons(samples, &mut words),
+            other => panic!("{other:?} has no rows"),
+        };
+        for (&offset, out) in offsets.iter().zip(out) {
+            match self {
+                Self::PaddedSobol(s) => s.raw(level, samples, offset, &words, &mut raw),
+                Self::ZSobol(s) => s.raw(level, samples, offset, (&words, varying), &mut raw),
+                _ => {}
+            }
+            dispatch!(level, _simd => scramble(samples.len(), &raw, out));
+        }
+    }
+}
+
+#[inline(always)]
+fn scramble(n: usize, raw: &Raw, out: &mut [Row; 2]) {
+    for i in 0..row_end(n) {
+        out[0].0[i] = unit_f32(laine_karras(raw.x.0[i], raw.seed_x.0[i]).reverse_bits());
+        out[1].0[i] = unit_f32(laine_karras(pascal(raw.y.0[i]), raw.seed_y.0[i]).reverse_bits());
+    }
+}
+
+impl PaddedSobolSampler {
+    fn keys(&self, samples: &[SamplePlace], keys: &mut Row<u64>) -> Option<u64> {
+        for (i, s) in samples.iter().enumerate() {
+            keys.0[i] = pixel_hash(s.pixel, self.seed());
+        }
+        None
+    }
+
+    fn raw(&self, level: Level, samples: &[SamplePlace], offset: u32, keys: &Row<u64>, raw: &mut Raw) {
+        for (i, s) in samples.iter().enumerate() {
+            raw.x.0[i] = s.sample.reverse_bits();
+            raw.y.0[i] = s.dimension.wrapping_add(offset);
+        }
+        dispatch!(level, _simd => shuffle(samples.len(), keys, raw));
+    }
+}
+
+#[inline(always)]
+fn shuffle(n: usize, keys: &Row<u64>, raw: &mut Raw) {
+    for i in 0..row_end(n) {
+        let hash = mix_bits(keys.0[i].wrapping_add(u64::from(raw.y.0[i]).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        let index = laine_karras(raw.x.0[i], (hash ^ (hash >> 32)) as u32).reverse_bits();
+        (raw.x.0[i], raw.y.0[i]) = (index, index);
+        (raw.seed_x.0[i], raw.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
+    }
+}
+
+impl ZSobolSampler {
+    /// The Morton indices, and which of their bits vary, if all samples are of one round and stand at one dimension.
+    fn mortons(&self, samples: &[SamplePlace], mortons: &mut Row<u64>) -> Option<u64> {
+        let first = samples.first()?;
+        let (morton, round) = self.place_on_curve(first.pixel, first.sample);
+        let (mut varying, mut alike) = (0, true);
+        for (i, s) in samples.iter().enumerate() {
+            let (m, r) = self.place_on_curve(s.pixel, s.sample);
+            mortons.0[i] = m;
+            varying |= m ^ morton;
+            alike &= r == round && s.dimension == first.dimension;
+        }
+        alike.then_some(varying)
+    }
+
+    fn raw(
+        &mut self,
+        level: Level,
+        samples: &[SamplePlace],
+        offset: u32,
+        (mortons, varying): (&Row<u64>, Option<u64>),
+        raw: &mut Raw,
+    ) {
+        let Some(first) = samples.first() else { return };
+        self.start(first.pixel, first.sample, first.dimension.wrapping_add(offset));
+        let Some(varying) = varying else {
+            for (i, s) in samples.iter().enumerate() {
+                self.start(s.pixel, s.sample, s.dimension.wrapping_add(offset));
+                let (index, hash) = self.place();
+                raw.set(i, index, hash);
+            }
+            return;
+        };
+        // The high digits are those of the first sample; the low ones are shuffled side by side.
+        let (index, hash) = self.place();
+        let digits = self.low_digits(varying, index);
+        dispatch!(level, _simd => digits.shuffle_rows(samples.len(), mortons, hash, raw));
+    }
+}
+
+impl Raw {
+    #[inline(always)]
+    fn set(&mut self, i: usize, index: u64, hash: u64) {
+        (self.x.0[i], self.y.0[i]) = (index as u32, index as u32 ^ (index >> 32) as u32);
+        (self.seed_x.0[i], self.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
+    }
+}
+
+impl LowDigits {
+    #[inline(always)]
+    fn shuffle_rows(&self, n: usize, mortons: &Row<u64>, hash: u64, raw: &mut Raw) {
+        let mut index = Row([self.kept; ROW]);
+        for digit in self.from..self.to {
+            for i in 0..row_end(n) {
+                index.0[i] |= self.shuffled(digit, mortons.0[i]);
+            }
+        }
+        for i in 0..row_end(n) {
+            let last = if self.from == 1 { self.last_bit(mortons.0[i]) } else { 0 };
+            raw.set(i, index.0[i] | last, hash);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{SamplerKind, SamplerSettings};
+    use super::*;
+
+    #[test]
+    fn rows_hold_the_numbers_of_their_samples() {
+        for kind in [SamplerKind::PaddedSobol, SamplerKind::ZSobol] {
+            let settings = SamplerSettings { kind, spp: 16, seed: 9, resolution: [40, 30], ..Default::default() };
+            let (mut side_by_side, mut alone) = (Sampler::new(&settings), Sampler::new(&settings));
+            assert!(side_by_side.has_rows());
+            for n in [1, 7, 16, 33, ROW] {
+                let samples: Vec<_> = (0..n as u32)
+                    .map(|i| SamplePlace {
+                        pixel: [3 + i / 16, 5 + i / 30],
+                        sample: i % 19,
+                        dimension: 2 + 7 * u32::from(i % 5 == 0) + 70 * u32::from(i % 11 == 0),
+                    })
+                    .collect();
+                let mut out = [[Row::default(); 2]; 3];
+                side_by_side.rows(Level::new(), &samples, &[0, 1, 4], &mut out);
+                for (i, s) in samples.iter().enumerate() {
+                    for (k, offset) in [0, 1, 4].into_iter().enumerate() {
+                        alone.start(s.pixel, s.sample, s.dimension + offset);
+                        assert_eq!([out[k][0].0[i], out[k][1].0[i]], alone.next_2d());
+                        alone.start(s.pixel, s.sample, s.dimension + offset);
+                        assert_eq!(out[k][0].0[i], alone.next_1d());
+                    }
+                }
+            }
+        }
+    }
+}
