@@ -7,7 +7,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Which crates a crate may use, besides those of others. A crate that is not listed may use none and may not exist.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
+    ("xtask", &["image"]),
     ("math", &[]),
     ("syntax", &[]),
     ("sampling", &["math"]),
