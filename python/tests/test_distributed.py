@@ -101,6 +101,36 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: object, box: steradian.S
     assert np.array_equal(np.asarray(image), np.asarray(box.render(spp=512)))
 
 
+def test_a_node_that_is_killed_loses_nothing(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
+    node = cluster.add_node(num_cpus=1)  # type: ignore[attr-defined]
+    raylet = node.all_processes["raylet"][0].process.pid
+    killed: list[float] = []
+
+    def kill(fraction: float) -> None:
+        # Parts are under way everywhere by now.
+        if fraction > 0.2 and not killed:
+            os.kill(raylet, signal.SIGKILL)
+            killed.append(fraction)
+
+    options = {"spp": 1024, "aovs": ["normal"]}
+    image = distributed.render(
+        box, parts=24, address=cluster.address, spill=tmp_path, progress=kill, **options  # type: ignore[attr-defined]
+    )
+    assert killed, "there was a node to kill"
+    cluster.remove_node(node, allow_graceful=False)  # type: ignore[attr-defined]
+    assert same(image, box.render(**options))
+
+
+def test_late_parts_are_given_to_the_idle() -> None:
+    now = time.monotonic()
+    late = distributed._Driver.late
+    under_way = {"a": (7, now - 100.0), "b": (8, now - 50.0), "c": (9, now - 2.0)}
+    assert late(under_way, [10.0], 5) == [7, 8], "the oldest first, none that is no later than others"
+    assert late(under_way, [10.0], 4) == [7], "no more than are idle"
+    assert late(under_way, [10.0], 3) == late(under_way, [], 5) == []
+    assert late({**under_way, "d": (7, now)}, [10.0], 9) == [8], "twice is enough"
+
+
 def test_errors_of_a_part_come_through(cluster: object, box: steradian.Scene, tmp_path: Path) -> None:
     with pytest.raises(steradian.InputError, match="does not tell"):
         distributed.render(

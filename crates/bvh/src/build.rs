@@ -1,8 +1,8 @@
 //! The binary tree: binned surface-area heuristic (Wald, "On fast construction of SAH-based bounding volume
 //! hierarchies", 2007), built in place over an array of boxes.
 //!
-//! Subtrees write to disjoint parts of one node array whose layout depends on primitive counts alone, so building them
-//! side by side gives the same tree as building them one after the other.
+//! What a subtree looks like depends on its primitives alone, so building subtrees side by side gives the same tree as building
+//! them one after the other.
 
 use fearless_simd::Level;
 use steradian_math::Bounds3;
@@ -124,10 +124,6 @@ pub(crate) struct BinaryNode {
     pub right_or_first: u32,
     /// Inner: 0. Leaf: `count << 1 | kind`.
     pub leaf: u32,
-}
-
-impl BinaryNode {
-    const UNUSED: Self = Self { bounds: Bounds3::EMPTY, right_or_first: 0, leaf: 0 };
 }
 
 /// The boxes of a range: of its primitives, and of their centroids.
@@ -311,40 +307,91 @@ impl Builder {
         (middle, Extent::of(left), Extent::of(right))
     }
 
-    /// Builds the tree of `refs`, whose first stands at `first`, into `nodes` (`2 n - 1` of them).
-    fn build(&self, refs: &mut [Reference], nodes: &mut [BinaryNode], first: u32, extent: &Extent, depth: usize) {
+    /// Moves the references of the left child to the front and says how many they are, with the extents of both children; `None`
+    /// if the range had better be a leaf.
+    fn part(&self, refs: &mut [Reference], extent: &Extent, depth: usize) -> Option<(usize, Extent, Extent)> {
         let n = refs.len();
         let kind = refs[0].kind();
         let limit = self.leaf_size[kind as usize & 1] as usize;
         let small = n <= self.leaf_size[0].max(self.leaf_size[1]) as usize;
         let mixed = small && refs.iter().any(|r| r.kind() != kind);
         let weight: u32 = if small { refs.iter().map(|r| self.weight[r.kind() as usize & 1]).sum() } else { u32::MAX };
-        nodes[0].bounds = extent.bounds.bounds();
         let may_be_leaf = n <= limit && !mixed;
         let binning = Binning::new(&extent.centroids, Self::bins(n));
         let split = if n == 1 || mixed || depth >= HEURISTIC_DEPTH { None } else { self.find_split(refs, &binning) };
         let area = extent.bounds.half_area();
         let worth = |s: &Split| s.cost + NODE_COST * area < area * Self::tests(weight);
         if may_be_leaf && !split.as_ref().is_some_and(worth) {
-            nodes[0].right_or_first = first;
-            nodes[0].leaf = (n as u32) << 1 | kind;
-            return;
+            return None;
         }
-        let (middle, left, right) = match split {
+        Some(match split {
             Some(split) => Self::partition(refs, &binning, split),
             None => Self::partition_evenly(refs, extent, mixed),
+        })
+    }
+
+    /// Appends the tree of `refs`, whose first stands at `first`.
+    fn append(&self, refs: &mut [Reference], nodes: &mut Vec<BinaryNode>, first: u32, extent: &Extent, depth: usize) {
+        let at = nodes.len();
+        let bounds = extent.bounds.bounds();
+        let Some((middle, left, right)) = self.part(refs, extent, depth) else {
+            nodes.push(BinaryNode { bounds, right_or_first: first, leaf: (refs.len() as u32) << 1 | refs[0].kind() });
+            return;
         };
-        nodes[0].right_or_first = 2 * middle as u32;
-        nodes[0].leaf = 0;
+        nodes.push(BinaryNode { bounds, right_or_first: 0, leaf: 0 });
         let (left_refs, right_refs) = refs.split_at_mut(middle);
-        let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * middle - 1);
-        let mut go_left = || self.build(left_refs, left_nodes, first, &left, depth + 1);
-        let mut go_right = || self.build(right_refs, right_nodes, first + middle as u32, &right, depth + 1);
-        if self.parallel && n > PARALLEL {
-            rayon::join(go_left, go_right);
-        } else {
-            go_left();
-            go_right();
+        self.append(left_refs, nodes, first, &left, depth + 1);
+        nodes[at].right_or_first = (nodes.len() - at) as u32;
+        self.append(right_refs, nodes, first + middle as u32, &right, depth + 1);
+    }
+
+    /// Builds the tree of `refs`, in tasks of their own below its top.
+    fn build(&self, refs: &mut [Reference], first: u32, extent: &Extent, depth: usize) -> Tree {
+        let n = refs.len();
+        if n > PARALLEL
+            && let Some((middle, left, right)) = self.part(refs, extent, depth)
+        {
+            let (left_refs, right_refs) = refs.split_at_mut(middle);
+            let mut go_left = || self.build(left_refs, first, &left, depth + 1);
+            let mut go_right = || self.build(right_refs, first + middle as u32, &right, depth + 1);
+            let children = if self.parallel { rayon::join(go_left, go_right) } else { (go_left(), go_right()) };
+            return Tree::Top(extent.bounds.bounds(), Box::new(children));
+        }
+        let mut nodes = Vec::with_capacity(n);
+        self.append(refs, &mut nodes, first, extent, depth);
+        nodes.shrink_to_fit();
+        Tree::Below(nodes)
+    }
+}
+
+/// The binary tree while it is built.
+enum Tree {
+    /// Where tasks part.
+    Top(Bounds3, Box<(Tree, Tree)>),
+    /// What one task made: its root first.
+    Below(Vec<BinaryNode>),
+}
+
+impl Tree {
+    fn len(&self) -> usize {
+        match self {
+            Self::Top(_, children) => 1 + children.0.len() + children.1.len(),
+            Self::Below(nodes) => nodes.len(),
+        }
+    }
+
+    /// Appends its nodes, giving back their memory as it goes.
+    fn flatten(self, nodes: &mut Vec<BinaryNode>) {
+        match self {
+            Self::Top(bounds, children) => {
+                let at = nodes.len();
+                nodes.push(BinaryNode { bounds, right_or_first: 0, leaf: 0 });
+                let (left, right) = *children;
+                left.flatten(nodes);
+                nodes[at].right_or_first = (nodes.len() - at) as u32;
+                right.flatten(nodes);
+            }
+            Self::Below(below) => nodes.extend(below),
         }
     }
 }
@@ -387,11 +434,13 @@ impl Bvh {
             weight: unit.map(|u| GRAIN / u),
             parallel: rayon::current_thread_index().is_some(),
         };
-        let mut binary = vec![BinaryNode::UNUSED; 2 * refs.len() - 1];
-        builder.build(&mut refs, &mut binary, 0, &extent, 1);
+        let tree = builder.build(&mut refs, 0, &extent, 1);
+        bvh.order = refs.iter().map(Reference::id).collect();
+        drop(refs);
+        let mut binary = Vec::with_capacity(tree.len());
+        tree.flatten(&mut binary);
         bvh.bounds = extent.bounds.bounds();
         bvh.nodes = crate::collapse::collapse(&binary, &|leaf| builder.leaf_cost(leaf));
-        bvh.order = refs.iter().map(Reference::id).collect();
         Ok(bvh)
     }
 }

@@ -270,13 +270,15 @@ fn python(text: &str) -> String {
 }
 
 fn opencue(job: &Job) -> String {
-    let once = format!("i=#IFRAME#\n{}", job.once());
+    // A frame's command is one line of words by the time that a host runs it, in a folder of the host's own.
+    let once = format!("i=$1\n{}", job.once());
     format!(
         "#!/usr/bin/env python3\n\"\"\"{name}: {parts} parts as frames, then a merge, for OpenCue.\"\"\"\n\n\
-         import os\n\nimport outline\nimport outline.cuerun\nfrom outline.modules.shell import Shell\n\n\
+         import os\nimport shlex\n\nimport outline\nimport outline.cuerun\nfrom outline.modules.shell import Shell\n\n\n\
+         def shell(script):\n    here = shlex.quote(os.getcwd())\n    return [\"sh\", \"-c\", shlex.quote(f\"cd {{here}}\\n{{script}}\"), \"frame\", \"#IFRAME#\"]\n\n\n\
          os.makedirs({folder}, exist_ok=True)\njob = outline.Outline({word}, frame_range=\"1-{parts}\")\n\
-         parts = Shell(\"parts\", command=[\"sh\", \"-c\", {once}], range=\"1-{parts}\", threads={cores})\n\
-         merge = Shell(\"merge\", command=[\"sh\", \"-c\", {merge}], range=\"1-1\")\nmerge.depend_all(parts)\n\
+         parts = Shell(\"parts\", command=shell({once}), range=\"1-{parts}\", threads={cores})\n\
+         merge = Shell(\"merge\", command=shell({merge}), range=\"1-1\")\nmerge.depend_all(parts)\n\
          job.add_layer(parts)\njob.add_layer(merge)\noutline.cuerun.launch(job, use_pycuerun=False)\n",
         name = job.name,
         parts = job.args.parts,
@@ -284,7 +286,7 @@ fn opencue(job: &Job) -> String {
         word = python(&job.name),
         once = python(&once),
         cores = job.args.cores,
-        merge = python(&job.merge),
+        merge = python(&format!("exec {}", job.merge)),
     )
 }
 
