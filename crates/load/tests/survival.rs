@@ -207,3 +207,38 @@ fn files_that_are_damaged() {
         }
     }
 }
+
+/// Thirty files, some twice, some broken, some that include others: parsed ahead on other threads, or all by one thread, they are the same
+/// scene with the same problems in the same order.
+#[test]
+fn included_files_are_read_ahead_to_the_same_scene() {
+    let mut files = Memory::new().with("nested.pbrt", "Shape \"disk\" \"float radius\" 0.5\nImport \"3.pbrt\"\n");
+    let mut text = String::from("Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\nWorldBegin\n");
+    for i in 0..30 {
+        let line = match i % 10 {
+            4 => "Shape \"sphere\" \"float radios\" 1 ]\n".to_owned(),
+            7 => "Include \"nested.pbrt\"\n".to_owned(),
+            _ => format!("Translate {i} 0 0\nShape \"sphere\" \"float radius\" {}\n", i + 1),
+        };
+        files = files.with(format!("{i}.pbrt"), line);
+        let word = if i % 3 == 0 { "Include" } else { "Import" };
+        text += &format!("{word} \"{i}.pbrt\"\n{word} \"{}.pbrt\"\n", i % 12);
+    }
+    let said = |text: &str| {
+        let out = load(text.as_bytes(), &files);
+        let problems: Vec<String> = out.diagnostics.iter().map(|d| d.render(&out.sources)).collect();
+        (problems, out.scene.map(|s| format!("{:?}", s.primitives)))
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let (problems, scene) = said(&(text.clone() + "Import \"missing.pbrt\"\n"));
+    assert!(
+        problems.len() > 3
+            && scene.is_none()
+            && problems.last().is_some_and(|p| p.contains("missing.pbrt: no such file"))
+    );
+    assert_eq!((problems, scene), pool.install(|| said(&(text.clone() + "Import \"missing.pbrt\"\n"))));
+    let whole: String = text.lines().filter(|l| !l.contains("4.pbrt")).map(|l| format!("{l}\n")).collect();
+    let (problems, scene) = said(&whole);
+    assert!(scene.as_ref().is_some_and(|s| s.len() > 1000), "{problems:?}");
+    assert_eq!((problems, scene), pool.install(|| said(&whole)));
+}

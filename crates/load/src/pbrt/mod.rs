@@ -1,5 +1,6 @@
 //! pbrt-v4 scene text to `Scene`: directives in order, one graphics state, names resolved at the end.
 
+mod ahead;
 mod curves;
 mod directives;
 mod images;
@@ -165,6 +166,7 @@ struct Loader<'a> {
     including: Vec<(PathBuf, FileId)>,
     included: BTreeMap<PathBuf, FileId>,
     includes: usize,
+    ahead: ahead::Ahead,
     /// Where a medium is first put to use.
     media_span: Option<Span>,
     /// Whether the scene is one of pbrt-v3.
@@ -173,8 +175,11 @@ struct Loader<'a> {
     said: BTreeSet<String>,
 }
 
-/// What a parser reads, each directive with the problems before it.
-fn read_all_of(mut parser: Parser<'_>) -> Vec<(Vec<Diagnostic>, Option<Directive>)> {
+/// A directive with the problems before it; the last one is none.
+type Parsed = (Vec<Diagnostic>, Option<Directive>);
+
+/// What a parser reads.
+fn read_all_of(mut parser: Parser<'_>) -> Vec<Parsed> {
     let mut read = Vec::new();
     loop {
         let next = parser.next_directive();
@@ -226,6 +231,7 @@ impl<'a> Loader<'a> {
             including: Vec::new(),
             included: BTreeMap::new(),
             includes: 0,
+            ahead: ahead::Ahead::default(),
             media_span: None,
             is_v3: false,
             said: BTreeSet::new(),
@@ -302,12 +308,24 @@ impl<'a> Loader<'a> {
             self.run_in_pieces(file, &text);
             return;
         }
+        if let Some(read) = self.parsed_ahead(file) {
+            self.obey_all(read);
+            return;
+        }
+        self.look_ahead(file, &text);
         let mut parser = Parser::new(file, &text).accepting_v3(self.is_v3);
         loop {
             let next = parser.next_directive();
             self.diagnostics.append(&mut parser.take_diagnostics());
             let Some(directive) = next else { return };
             self.obey(directive);
+        }
+    }
+
+    fn obey_all(&mut self, read: Vec<Parsed>) {
+        for (mut problems, directive) in read {
+            self.diagnostics.append(&mut problems);
+            directive.into_iter().for_each(|d| self.obey(d));
         }
     }
 
@@ -351,10 +369,7 @@ impl<'a> Loader<'a> {
                     Some(Ok(read)) => read,
                     None => Vec::new(),
                 };
-                for (mut problems, directive) in read {
-                    self.diagnostics.append(&mut problems);
-                    directive.into_iter().for_each(|d| self.obey(d));
-                }
+                self.obey_all(read);
             }
         });
     }
