@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Which crates a crate may use, besides those of others. A crate that is not listed may use none and may not exist.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("math", &[]),
     ("syntax", &[]),
     ("sampling", &["math"]),
@@ -57,6 +57,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
         ],
     ),
     ("testkit", &[]),
+    ("xtask", &["image"]),
 ];
 
 /// What tests may use besides: tools, and crates whose values they need. Cargo alone keeps this acyclic.

@@ -337,3 +337,26 @@ fn no_damage_to_a_file_is_more_than_an_error() {
 fn options_say_nothing_by_default() {
     assert_eq!(LoadOptions::default().model, ModelOptions::default());
 }
+
+#[test]
+fn an_environment_lies_as_in_blender_and_turns_with_its_rotation() {
+    // Eight columns: the brightest is the one right of the middle.
+    let mut pfm = b"PF\n8 4\n-1.0\n".to_vec();
+    for i in 0..32 {
+        let v = if i % 8 == 4 { 5.0f32 } else { 0.1 };
+        (0..3).for_each(|_| pfm.extend(v.to_le_bytes()));
+    }
+    let files = Memory::new().with("a/scene.gltf", square(&[])).with("sky.pfm", pfm);
+    for (rotation, expected) in [(0.0, [1.0f32, 0.0]), (90.0, [0.0, -1.0])] {
+        let environment = steradian_load::EnvironmentMap { file: "sky.pfm".into(), rotation, strength: 1.0 };
+        let options = ModelOptions { environment: Some(environment), ..ModelOptions::default() };
+        let scene = load_model(Path::new("a/scene.gltf"), &files, &options).scene.unwrap();
+        let Light::ImageInfinite { world_from_light, .. } = &scene.lights[0] else { panic!("no map") };
+        // Halfway around from the edge of the picture, where the azimuth is zero.
+        let middle = world_from_light.vector(steradian_math::Vec3::new(-1.0, 0.0, 0.0));
+        assert!(
+            (middle.x - expected[0]).abs() < 1e-5 && (middle.z - expected[1]).abs() < 1e-5,
+            "{rotation}: {middle:?}"
+        );
+    }
+}

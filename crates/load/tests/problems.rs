@@ -550,6 +550,12 @@ fn media_that_cannot_be_are_told_what_is_wrong() {
     assert_eq!(medium("\"nanovdb\""), ["error: medium \"m\" (nanovdb) has no `filename`"]);
     assert_eq!(medium("\"nanovdb\" \"string filename\" \"no.nvdb\""), ["error: no.nvdb: no such file"]);
     assert_eq!(
+        problems("Integrator \"path\" \"integer maxdepth\" 0\nWorldBegin"),
+        [
+            "scene.pbrt:1:12 warning: `maxdepth` 0 shows what shines and nothing that it lights | light that is scattered once has depth 1"
+        ]
+    );
+    assert_eq!(
         problems("Integrator \"simplevolpath\"\nWorldBegin\nLightSource \"point\""),
         [
             "scene.pbrt:1:12 error: the `simplevolpath` integrator finds lights by chance, and so never a point, spot or distant light"

@@ -318,3 +318,53 @@ fn lights_are_chosen_by_what_they_shine_not_by_their_size() {
         assert!((s.pdf - 100.0 / 101.0).abs() < 1e-3, "{selection:?}: {}", s.pdf);
     }
 }
+
+/// The direct light of a map with a sun of one texel, 1e5 times as bright as the sky, on a surface that faces up: no sample is worth
+/// many times the whole. What they differ by is that texels are chosen as wholes, and the sun fades towards its neighbours within them.
+#[test]
+fn a_sun_of_one_texel_makes_no_fireflies() {
+    const SIZE: [usize; 2] = [64, 32];
+    let pixels: Vec<[f32; 3]> = (0..SIZE[0] * SIZE[1]).map(|i| [if i == 9 * 64 + 40 { 1e4 } else { 0.1 }; 3]).collect();
+    let mut scene = empty();
+    let texels = Texels::from_image(&Image::from_rgb(SIZE[0], SIZE[1], &pixels).unwrap()).unwrap();
+    let image = scene.images.push(TextureImage {
+        name: String::new(),
+        texels,
+        lookup: Lookup::Bilinear,
+        wrap: [Wrap::Repeat, Wrap::Clamp],
+        color_space: ColorSpace::Srgb,
+    });
+    let scale = 1.0 / ColorSpace::Srgb.photometric();
+    let (world_from_light, mapping) = (Transform::IDENTITY, EnvironmentMapping::LatLong);
+    scene.lights.push(Light::ImageInfinite { world_from_light, image, mapping, scale });
+    let world = World::build(scene).unwrap();
+    let (w, p) = (Wavelengths::rgb(), Point3::default());
+    // By cells of equal angles, many to a texel.
+    let (columns, rows) = (SIZE[0] * 16, SIZE[1] * 16);
+    let (dt, dp) = (std::f64::consts::PI / rows as f64, std::f64::consts::TAU / columns as f64);
+    let mut exact = 0.0;
+    for j in 0..rows / 2 {
+        let theta = (j as f64 + 0.5) * dt;
+        for i in 0..columns {
+            let phi = (i as f64 + 0.5) * dp;
+            let d = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()].map(|v| v as f32);
+            let seen = world.environment(0, &Ray::new(p, Vec3::from_array(d), 0.0), &w).0[1];
+            exact += f64::from(seen) * theta.cos() * theta.sin() * dt * dp;
+        }
+    }
+    let (mut rng, n) = (TestRng::new(17), 4096);
+    let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0f64);
+    for _ in 0..n {
+        let s = world.sample_light(&LightContext::of_point(p), rng.f32(), rng.f32_2d(), &w);
+        let v = s.map_or(0.0, |s| f64::from(s.radiance.0[1] * s.wi.z.max(0.0) / s.pdf));
+        sum += v;
+        squares += v * v;
+        largest = largest.max(v);
+    }
+    let mean = sum / f64::from(n);
+    let deviation = (squares / f64::from(n) - mean * mean).max(0.0).sqrt();
+    assert!(deviation < 1.25 * exact && largest < 7.0 * exact, "{mean} {deviation} {largest} of {exact}");
+    // Five deviations of the mean, and what the cells miss of the sun's edge.
+    let tolerance = 5.0 * deviation / f64::from(n).sqrt() + 2e-3 * exact;
+    assert!((mean - exact).abs() < tolerance, "{mean} of {exact}");
+}

@@ -32,7 +32,8 @@ pub(super) fn set(
     let is_lit = found.has_lights || found.glows && found.has_camera;
     if let Some(map) = &options.environment {
         let texels = read_map(&bytes_of(&map.file, files)?, &map.file.display().to_string())?;
-        let turn = Transform::rotate(map.rotation, Vec3::new(0.0, 1.0, 0.0)).unwrap_or(Transform::IDENTITY);
+        // The middle of the picture is at +x, where Blender has it.
+        let turn = Transform::rotate(map.rotation + 180.0, Vec3::new(0.0, 1.0, 0.0)).unwrap_or(Transform::IDENTITY);
         let world = world_from_stage.mul(&turn);
         push_map(scene, texels, &map.file.display().to_string(), &world, map.strength);
     } else if !is_lit {
@@ -72,7 +73,7 @@ fn read_map(bytes: &[u8], name: &str) -> Result<Texels, String> {
 }
 
 /// Adds an environment; `world` has its y axis up. The middle of the picture is at -x, and columns run clockwise as seen from
-/// above: as in Blender.
+/// above.
 fn push_map(scene: &mut Scene, texels: Texels, name: &str, world: &Transform, strength: f32) {
     // The light's z axis is the pole, and its azimuth runs the other way.
     let turned = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];

@@ -449,6 +449,12 @@ impl Loader<'_> {
         }
         if kind != "ambientocclusion" && kind != "function" {
             settings.max_depth = params.int_in("maxdepth", 5, 0..=i32::MAX) as u32;
+            if settings.max_depth == 0 {
+                // Elsewhere depths are counted from the camera's ray on.
+                let what = "`maxdepth` 0 shows what shines and nothing that it lights";
+                let hint = "light that is scattered once has depth 1";
+                params.diagnostics.push(Diagnostic::warning(what, params.span).with_hint(hint));
+            }
         }
         self.scene.settings.integrator = settings;
         self.done(params);
