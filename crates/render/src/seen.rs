@@ -1,6 +1,6 @@
 //! What the camera sees besides light, in the parts of a distributed render.
 //!
-//! [`features`](crate::features) of a pixel are looked at in one go, and so each part takes some rows of the picture, however the samples
+//! [`features`](crate::features()) of a pixel are looked at in one go, and so each part takes some rows of the picture, however the samples
 //! of light are shared. Put together they are the features of a render on one machine.
 
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Looks at the rows of a part, each pixel with `spp` samples as [`features`](crate::features) does; `None` if cancelled.
+    /// Looks at the rows of a part, each pixel with `spp` samples as [`features`](crate::features()) does; `None` if cancelled.
     pub fn look(
         world: &World,
         part: Part,
