@@ -72,6 +72,16 @@ fn invert(m: &Matrix) -> Option<Matrix> {
     r.iter().flatten().all(|v| v.is_finite()).then_some(r)
 }
 
+/// The upper left part of a matrix times a vector.
+#[inline(always)]
+fn linear(m: &[[f32; 4]; 4], v: Vec3) -> Vec3 {
+    Vec3::new(
+        m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z,
+        m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
+        m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z,
+    )
+}
+
 impl Transform {
     /// The identity.
     pub const IDENTITY: Self = Self { m: IDENTITY, inv: IDENTITY };
@@ -196,23 +206,13 @@ impl Transform {
     /// Applies to a vector.
     #[inline(always)]
     pub fn vector(&self, v: Vec3) -> Vec3 {
-        let m = &self.m;
-        Vec3::new(
-            m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z,
-            m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
-            m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z,
-        )
+        linear(&self.m, v)
     }
 
     /// Applies the inverse to a vector.
     #[inline(always)]
     pub fn inverse_vector(&self, v: Vec3) -> Vec3 {
-        let m = &self.inv;
-        Vec3::new(
-            m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z,
-            m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
-            m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z,
-        )
+        linear(&self.inv, v)
     }
 
     /// Applies to a normal: the inverse transpose. The length is not kept.

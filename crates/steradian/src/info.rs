@@ -149,7 +149,7 @@ fn how(scene: &Scene, console: &Console) {
         "sampler",
         format_args!(
             "{}, {} per pixel, seed {}",
-            overrides::sampler_name(settings.sampler.kind),
+            settings.sampler.kind.name(),
             counted(u64::from(settings.sampler.spp), "sample"),
             settings.sampler.seed
         ),

@@ -71,7 +71,7 @@ pub(crate) fn identity(
         ("size", film.resolution.map(|n| n.to_string()).join("x")),
         ("pixels", film.pixel_bounds.map(|n| n.to_string()).join(",")),
         ("seed", sampler.seed.to_string()),
-        ("sampler", overrides::sampler_name(sampler.kind).to_owned()),
+        ("sampler", sampler.kind.name().to_owned()),
         ("sampler-spp", points),
         ("integrator", overrides::integrator_name(settings.integrator.kind).to_owned()),
         ("max-depth", settings.integrator.max_depth.to_string()),

@@ -222,7 +222,7 @@ pub(crate) fn manifest(story: &Story) -> Metadata {
     meta.set("steradian.options", text((overrides::as_typed(story.picture) + &story.stop.as_typed()).trim()));
     meta.set("steradian.seed", text(settings.sampler.seed.to_string()));
     meta.set("steradian.plannedSpp", int(settings.sampler.spp));
-    meta.set("steradian.sampler", text(overrides::sampler_name(settings.sampler.kind)));
+    meta.set("steradian.sampler", text(settings.sampler.kind.name()));
     meta.set("steradian.integrator", text(overrides::integrator_name(settings.integrator.kind)));
     meta.set("steradian.maxDepth", int(settings.integrator.max_depth));
     meta.set("steradian.color", text(overrides::color_name(settings.color)));

@@ -117,18 +117,6 @@ fn integrator_kind(arg: IntegratorArg, in_scene: IntegratorKind) -> IntegratorKi
     }
 }
 
-/// The name that the command line gives the sampler.
-pub(crate) fn sampler_name(kind: SamplerKind) -> &'static str {
-    match kind {
-        SamplerKind::Independent => "independent",
-        SamplerKind::Stratified => "stratified",
-        SamplerKind::Halton => "halton",
-        SamplerKind::Sobol => "sobol",
-        SamplerKind::PaddedSobol => "paddedsobol",
-        SamplerKind::ZSobol => "zsobol",
-    }
-}
-
 /// The name that the command line gives the integrator.
 pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {

@@ -303,7 +303,7 @@ fn continue_points(snapshot: &Snapshot, args: &RenderArgs, settings: &mut Render
     settings.sampler.strata = if args.picture.spp.is_some() { [0, 0] } else { strata };
     console.say(format_args!(
         "the {} points were laid out for {}, and stay so: the picture will be that of --sampler-spp {stored}",
-        overrides::sampler_name(settings.sampler.kind),
+        settings.sampler.kind.name(),
         numbers::counted(u64::from(stored), "sample"),
     ));
 }

@@ -141,14 +141,7 @@ impl Writer<'_> {
 
     fn sampler(&mut self) {
         let s = &self.scene.settings.sampler;
-        let name = match s.kind {
-            SamplerKind::Independent => "independent",
-            SamplerKind::Stratified => "stratified",
-            SamplerKind::Halton => "halton",
-            SamplerKind::Sobol => "sobol",
-            SamplerKind::PaddedSobol => "paddedsobol",
-            SamplerKind::ZSobol => "zsobol",
-        };
+        let name = s.kind.name();
         let count = if s.kind == SamplerKind::Stratified {
             let [x, y] = s.strata;
             format!("\"integer xsamples\" {x} \"integer ysamples\" {y}")

@@ -41,6 +41,20 @@ pub enum SamplerKind {
     ZSobol,
 }
 
+impl SamplerKind {
+    /// Its name on the command line and in scenes of pbrt-v4.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Stratified => "stratified",
+            Self::Halton => "halton",
+            Self::Sobol => "sobol",
+            Self::PaddedSobol => "paddedsobol",
+            Self::ZSobol => "zsobol",
+        }
+    }
+}
+
 /// How a low-discrepancy sequence is made random. Every choice but `None` gives unbiased estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Randomization {
