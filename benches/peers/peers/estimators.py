@@ -68,9 +68,13 @@ def slope(spp: list[float], error: list[float]) -> float:
     return float(np.polyfit(np.log(spp), np.log(error), 1)[0])
 
 
-def spp_to_reach(target: float, spp: list[float], error: list[float]) -> float:
-    """Samples per pixel at which the fitted line meets `target`, inside or outside of what was measured."""
-    gradient, offset = np.polyfit(np.log(spp), np.log(error), 1)
+def spp_to_reach(target: float, spp: list[float], error: list[float], gradient: float | None = None) -> float:
+    """Samples per pixel at which the fitted line meets `target`, inside or outside of what was measured; with a `gradient`, the line of
+    that slope through the last point."""
+    if gradient is None:
+        gradient, offset = np.polyfit(np.log(spp), np.log(error), 1)
+    else:
+        offset = np.log(error[-1]) - gradient * np.log(spp[-1])
     return float(np.exp((np.log(target) - offset) / gradient))
 
 

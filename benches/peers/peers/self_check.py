@@ -44,6 +44,7 @@ def main() -> None:
     near(e.slope([4, 16, 64], [0.1, 0.1 / 4**1.3, 0.1 / 16**1.3]), -1.3, 1e-9)
     near(e.spp_to_reach(0.01, [4, 16], [0.1, 0.025]), 40.0, 1e-9)
     near(e.spp_to_reach(0.05, [4, 16], [0.1, 0.025]), 8.0, 1e-9)
+    near(e.spp_to_reach(0.00625, [4, 16], [0.2, 0.025], -1.0), 64.0, 1e-9)
 
     for points, faces in (box((1, 2, 3), (0.5, 1, 2), 30), blob((0, 1, 0), 1.0, 5000, 0.1, 3)[:2],
                           tetrahedra(np.zeros((4, 3), np.float32) + np.arange(4)[:, None], 0.1, 1)):

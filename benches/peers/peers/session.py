@@ -8,7 +8,7 @@ import shutil
 import sys
 import time
 from collections import defaultdict
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +152,7 @@ class Session:
                 out = _half(folder, variant.color, size[0], seed)
                 if not out.exists():
                     partial = out.with_suffix(".part.pfm")
-                    run(variant.command(folder, REFERENCE_FACTOR * facts["spp"][-1], 1_000_003 + seed, size, partial))
+                    run(replace(variant, options=()).command(folder, REFERENCE_FACTOR * facts["spp"][-1], 1_000_003 + seed, size, partial))
                     partial.rename(out)
 
     def _figures(self, variant: Variant, name: str, facts: dict[str, Any], pictures: dict[int, list[Floats]],
@@ -166,10 +166,15 @@ class Session:
         seconds = per_spp[len(per_spp) // 2] if len(per_spp) % 2 else sum(per_spp[len(per_spp) // 2 - 1 : len(per_spp) // 2 + 1]) / 2
         pixels = facts["size"][0] * facts["size"][1]
         same = e.agreement(pictures[counts[-1]], halves)
-        reached = {str(target): e.spp_to_reach(target, counts, error) for target in TARGETS}
+        slope = e.slope(counts, error)
+        even = self.record["figures"][name].get(variant.evenly)
+        if even:
+            # Adaptive sampling gains while it learns; beyond what was measured it is taken to gain no more.
+            slope = max(slope, even["slope"])
+        reached = {str(target): e.spp_to_reach(target, counts, error, slope if even else None) for target in TARGETS}
         return {
             "spp": counts, "relmse": error, "trimmed": [e.trimmed_relative_mse(pictures[spp], reference) for spp in counts],
-            "slope": e.slope(counts, error), "cpu_per_spp": seconds, "paths_per_cpu_second": pixels / seconds if seconds > 0 else None,
+            "slope": slope, "cpu_per_spp": seconds, "paths_per_cpu_second": pixels / seconds if seconds > 0 else None,
             "cpu_to": {target: spp * seconds for target, spp in reached.items()},
             "how": {target: "inside" if counts[0] <= spp <= counts[-1] else "extrapolated" for target, spp in reached.items()},
             "peak_mb": max(cost.peak_mb for cost in costs[counts[-1]]),

@@ -22,12 +22,17 @@ class Variant:
     color: str
     mode: str
     sampler: str
-    # Slow ones take a fraction of the samples.
+    # Slow ones take a fraction of the samples,
     share: int = 1
+    # and those that first have to learn where to put them a multiple.
+    times: int = 1
+    options: tuple[str, ...] = ()
+    # The variant that does the same without learning.
+    evenly: str = ""
 
     def count(self, spp: int) -> int:
         """The samples per pixel that it takes where others take `spp`: what its sampler would round to anyway."""
-        spp = max(1, spp // self.share)
+        spp = max(1, spp * self.times // self.share)
         if self.sampler == "multijitter":
             columns = math.isqrt(spp)
             return columns * -(-spp // columns)
@@ -39,7 +44,7 @@ class Variant:
         match self.renderer:
             case "steradian":
                 sampler = ["--sampler", self.sampler] if self.sampler else []
-                return [os.environ["STERADIAN"], "render", str(folder / "scene.pbrt"), "--color", self.mode, *sampler, "--spp", str(spp),
+                return [os.environ["STERADIAN"], "render", str(folder / "scene.pbrt"), "--color", self.mode, *sampler, *self.options, "--spp", str(spp),
                         "--seed", str(seed), "--size", extent, "--threads", str(THREADS), "--quiet", "-o", str(out)]
             case "mitsuba":
                 return [sys.executable, "-m", "peers.children.mitsuba_render", str(folder), self.mode, self.sampler, str(spp), str(seed),
@@ -56,6 +61,8 @@ class Variant:
 VARIANTS = [
     Variant("steradian-rgb", "steradian", "Steradian rgb, zsobol (default)", "rgb", "rgb", ""),
     Variant("steradian-rgb-best", "steradian", "Steradian rgb, paddedsobol", "rgb", "rgb", "paddedsobol"),
+    Variant("steradian-rgb-adaptive", "steradian", "Steradian rgb, zsobol, --adaptive", "rgb", "rgb", "", times=4, options=("--adaptive",),
+            evenly="steradian-rgb"),
     Variant("steradian-spectral", "steradian", "Steradian spectral, zsobol (default)", "spectral", "spectral", ""),
     Variant("mitsuba-scalar", "mitsuba", "Mitsuba scalar_rgb, independent (default)", "rgb", "scalar_rgb", "independent", 4),
     Variant("mitsuba-llvm", "mitsuba", "Mitsuba llvm_ad_rgb, independent (default)", "rgb", "llvm_ad_rgb", "independent"),

@@ -1,5 +1,5 @@
 //! Tables of what `--error` promises and keeps, and of what adaptive sampling gains. Takes some ten minutes on two cores; another
-//! number than 200 renders for each line, and the scenes, are arguments.
+//! number than 200 renders for each line of the first (0 leaves it out), and the scenes, are arguments.
 
 #![allow(clippy::print_stdout, reason = "tables for a person")]
 
@@ -12,7 +12,7 @@ mod coverage;
 
 use steradian_render::{Adaptive, DARKEST, ErrorGoal, Goals, Share};
 
-/// Pixels a side: nine tiles, so that some can rest while others go on.
+/// Pixels a side: nine tiles or more, so that some can rest while others go on.
 const SIZE: u32 = 40;
 /// Scenes, and bounds that each needs some hundreds of samples for.
 const SCENES: [(&str, f64); 3] = [("box", 0.35), ("sky", 0.04), ("caustic", 0.4)];
@@ -24,7 +24,9 @@ fn main() {
     let wanted = |(name, _): &(&str, f64)| names.is_empty() || names.iter().any(|n| n == name);
     let scenes: Vec<_> =
         SCENES.into_iter().filter(wanted).map(|(n, b)| (n, b, coverage::truth(n, SIZE, 1 << 13))).collect();
-    coverage_table(&scenes, repeats);
+    if repeats > 0 {
+        coverage_table(&scenes, repeats);
+    }
     adaptive_table(&scenes);
 }
 

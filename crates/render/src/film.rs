@@ -9,6 +9,9 @@ use steradian_integrator::record::RayCounts;
 /// Width and height of a tile. Part of no result but an adaptive one, whose sample counts are those of tiles.
 pub const TILE_SIZE: u32 = 16;
 
+/// The same where the noise decides how many samples each tile gets, and no error is promised.
+pub const NOISE_TILE_SIZE: u32 = 8;
+
 /// The same where contrast decides: edges are thin.
 pub const FINE_TILE_SIZE: u32 = 4;
 

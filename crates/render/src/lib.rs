@@ -27,7 +27,7 @@ pub use error::Error;
 pub use error_goal::{Assessment, DARKEST, ErrorGoal, ErrorMeasure, assess, pixel_errors};
 pub use fault::{BadSample, Fault};
 pub use features::{Features, MOST_FEATURE_SAMPLES, features};
-pub use film::{Estimate, FINE_TILE_SIZE, Film, TILE_SIZE, Tile};
+pub use film::{Estimate, FINE_TILE_SIZE, Film, NOISE_TILE_SIZE, TILE_SIZE, Tile};
 pub use layers::{CLAMPED, Layer, Layers, MOST_LAYERS, OUTLIERS, layer_width, light_groups, read_layers};
 pub use renderer::{Rendered, render, render_counted, run, run_counted};
 pub use sample::{PixelSampler, Sampled};

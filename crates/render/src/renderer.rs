@@ -5,7 +5,7 @@ use crate::chains::{Bootstrap, ChainState, Chains};
 use crate::contrast;
 use crate::error_goal::{Assessment, ErrorGoal, assess};
 use crate::fault::{BadSample, Fault};
-use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile};
+use crate::film::{FINE_TILE_SIZE, Film, NOISE_TILE_SIZE, REMEMBERED, TILE_SIZE, Tile};
 use crate::layers::{LayerSampler, Layers, finite};
 use crate::photons::{self, Sent};
 use crate::sample::PixelSampler;
@@ -160,6 +160,7 @@ fn counted<C: Count>(task: Task, observer: &dyn Observer, cancel: &AtomicBool) -
         None => {
             let tile_size = match task.goals.criterion() {
                 Adaptive::Contrast => FINE_TILE_SIZE,
+                Adaptive::Error if task.goals.error.is_none() => NOISE_TILE_SIZE,
                 Adaptive::No | Adaptive::Error => TILE_SIZE,
             };
             let mut film = Film::with_tiles(bounds, tile_size, task.layers.width());
@@ -282,8 +283,14 @@ impl<'w, C: Count> Job<'_, 'w, C> {
     fn look(&self, film: &Film, schedule: &mut Schedule, found: &mut Found) -> bool {
         let together = film.splats.is_some() || matches!(self.sampler.integrator, Integrator::Sppm(_));
         let adaptive = if together { Adaptive::No } else { self.goals.criterion() };
-        let seen = self.assess(film, schedule::look_at(schedule.round));
         let goal = self.goals.error.as_ref();
+        // Where nothing is promised, there is nothing to correct for.
+        let look = if goal.is_some() {
+            schedule::look_at(schedule.round)
+        } else {
+            schedule::tells_noise(schedule.round).then_some(1)
+        };
+        let seen = self.assess(film, look);
         if let (Some(goal), Some(seen)) = (goal, &seen) {
             found.bound = Some(seen.bound);
             if seen.bound <= goal.bound {

@@ -29,6 +29,11 @@ pub(crate) fn look_at(round: u32) -> Option<u32> {
     (round >= FIRST).then(|| round + 1 - FIRST)
 }
 
+/// Whether the samples at the end of a round tell how noisy a tile is: eight of each pixel are five hundred of the tile.
+pub(crate) fn tells_noise(round: u32) -> bool {
+    round >= 3
+}
+
 /// The numbers of samples per pixel at which an error goal is looked at, each with which look that is.
 pub fn looks() -> impl Iterator<Item = (u32, u32)> {
     (0..).filter_map(|round| Some((round_end(round), look_at(round)?))).take_while(|&(spp, _)| spp < crate::ENDLESS_SPP)
@@ -98,10 +103,10 @@ pub(crate) fn towards_goal(film: &Film, found: &Assessment, pixels: f64, schedul
 }
 
 /// With a number of samples to spend: in proportion to the standard deviation of one sample, which makes the mean square
-/// error least (Neyman 1934). A fifth is spent evenly, and deviations are smoothed, since they are estimates.
+/// error least (Neyman 1934). A tenth is spent evenly, and deviations are smoothed, since they are estimates.
 pub(crate) fn by_noise(film: &Film, found: &Assessment, schedule: &Schedule) -> Vec<u32> {
     /// Shares are smoothed by the mean over the tiles around.
-    const EVEN: f64 = 0.2;
+    const EVEN: f64 = 0.1;
     /// No tile gets more than this many times the average.
     const MOST: f64 = 16.0;
     let next = f64::from(round_end(schedule.round + 1));
@@ -116,14 +121,43 @@ pub(crate) fn by_noise(film: &Film, found: &Assessment, schedule: &Schedule) -> 
     let mean = smooth.iter().sum::<f64>() / smooth.len().max(1) as f64;
     let share: Vec<f64> =
         smooth.iter().map(|s| if mean > 0.0 { EVEN + (1.0 - EVEN) * s / mean } else { 1.0 }).collect();
-    spend(film, next as u32, MOST * next / EVEN, |i, scale| {
-        let wanted = ((scale * share[i]).min(MOST * next) as u32) & !3;
-        wanted.max(schedule.targets[i])
+    spend_by_steps(film, next as u32, MOST * next / EVEN, |i, scale| {
+        well_spread((scale * share[i]).min(MOST * next) as u32).max(schedule.targets[i])
     })
+}
+
+/// The largest number up to `n` of the form 4, 5, 6 or 7 times a power of two: low-discrepancy points are best spread at round numbers.
+fn well_spread(n: u32) -> u32 {
+    let odd = n.checked_ilog2().unwrap_or(0).saturating_sub(2);
+    n >> odd << odd
 }
 
 /// The most generous `ends(tile, scale)` that takes `average` samples per pixel at most; it grows with the scale, up to `most`.
 pub(crate) fn spend(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64) -> u32) -> Vec<u32> {
+    let [low, _] = affordable(film, average, most, &ends);
+    (0..film.tiles.len()).map(|i| ends(i, low)).collect()
+}
+
+/// The same where many tiles take a large step at the same scale: as many of them as can be paid do, from the first on.
+fn spend_by_steps(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64) -> u32) -> Vec<u32> {
+    let [low, high] = affordable(film, average, most, &ends);
+    let samples = |i: usize, end: u32| u64::from(end) * film.tiles[i].len() as u64;
+    let all = |of: &dyn Fn(usize) -> u32| (0..film.tiles.len()).map(|i| samples(i, of(i))).sum::<u64>();
+    let mut left = all(&|_| average).saturating_sub(all(&|i| ends(i, low)));
+    let step = |i: usize| {
+        let (end, next) = (ends(i, low), ends(i, high));
+        let price = samples(i, next - end);
+        if price > left {
+            return end;
+        }
+        left -= price;
+        next
+    };
+    (0..film.tiles.len()).map(step).collect()
+}
+
+/// Two scales next to each other: the larger is beyond the budget, or is `most`.
+fn affordable(film: &Film, average: u32, most: f64, ends: &impl Fn(usize, f64) -> u32) -> [f64; 2] {
     let pixels: u64 = film.tiles.iter().map(|t| t.len() as u64).sum();
     let budget = u64::from(average) * pixels;
     let total = |scale: f64| {
@@ -134,7 +168,7 @@ pub(crate) fn spend(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f
         let middle = 0.5 * (low + high);
         if total(middle) <= budget { low = middle } else { high = middle }
     }
-    (0..film.tiles.len()).map(|i| ends(i, low)).collect()
+    [low, high]
 }
 
 /// The tiles left, right, above and below.
@@ -179,6 +213,14 @@ mod tests {
     }
 
     #[test]
+    fn round_numbers_are_near() {
+        for n in 0..1000 {
+            let w = well_spread(n);
+            assert!(w <= n && 5 * w >= 4 * n && (w < 8 || w >> w.trailing_zeros() < 8), "{n}: {w}");
+        }
+    }
+
+    #[test]
     fn noise_attracts_samples_and_the_budget_holds() {
         let film = Film::new([0, 64, 0, 64]);
         let mut noise = vec![0.01; 16];
@@ -190,6 +232,9 @@ mod tests {
         assert!(targets.iter().all(|&t| t >= 64));
         let total: u32 = targets.iter().sum();
         assert!(total <= 96 * 16 && total > 90 * 16, "{total}");
+        // Where all are alike, all is spent.
+        let found = Assessment { bound: 1.0, misses: vec![0.0; 16], noise: vec![1.0; 16] };
+        assert_eq!(by_noise(&film, &found, &schedule), [96; 16]);
     }
 
     #[test]

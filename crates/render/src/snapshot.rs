@@ -7,7 +7,7 @@
 use crate::chains::{ChainState, Chains};
 use crate::error::Error;
 use crate::fault::{BadSample, Fault};
-use crate::film::{FINE_TILE_SIZE, Film, REMEMBERED, TILE_SIZE, Tile, TileNode};
+use crate::film::{FINE_TILE_SIZE, Film, NOISE_TILE_SIZE, REMEMBERED, TILE_SIZE, Tile, TileNode};
 use crate::layers::MOST_LAYERS;
 use crate::schedule::Schedule;
 use crate::seen::Seen;
@@ -299,7 +299,7 @@ fn empty_film(bounds: [u32; 4], tiles: u32, layers: usize, left: usize) -> Resul
     let [x0, x1, y0, y1] = bounds;
     let grid = |a: u32, b: u32, size: u32| u64::from(b.saturating_sub(a)).div_ceil(u64::from(size));
     // The number of tiles tells their size: where two sizes make as many, they make the same tiles.
-    let size = [TILE_SIZE, FINE_TILE_SIZE]
+    let size = [TILE_SIZE, NOISE_TILE_SIZE, FINE_TILE_SIZE]
         .into_iter()
         .find(|&s| x0 < x1 && y0 < y1 && grid(x0, x1, s) * grid(y0, y1, s) == u64::from(tiles))
         .filter(|_| (tiles as usize).saturating_mul(LEAST_TILE) <= left);
