@@ -256,7 +256,8 @@ impl Rows {
         self.places.extend(self.lanes.iter().map(|&k| lanes[of(k)].place));
         sampler.rows(level, &self.places, &[0, 1, 4, 6], &mut self.numbers);
         self.contexts.clear();
-        self.contexts.extend((0..n).map(|i| self.points.light_context(i)));
+        let time = |i: usize| lanes[of(self.lanes[i])].walk.ray.time;
+        self.contexts.extend((0..n).map(|i| self.points.light_context(i, time(i))));
         let [u_light, u_point, ..] = &self.numbers;
         let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
         let points = (self.contexts.as_slice(), &self.points);

@@ -151,7 +151,7 @@ impl<'w> Vertex<'w> {
     pub fn light_context(&self) -> LightContext {
         match &self.kind {
             Kind::Surface { surface, frame, .. } => LightContext::of_surface(surface, frame),
-            _ => LightContext::of_point(self.p),
+            _ => LightContext::of_point(self.p, self.time),
         }
     }
 }

@@ -98,12 +98,12 @@ impl PointRows {
         Frame { x: x.vec(i), y: y.vec(i), z: z.vec(i) }
     }
 
-    /// The point at a place, as light sampling wants it beside lobes.
+    /// The point at a place at a time, as light sampling wants it beside lobes.
     #[inline]
-    pub fn light_context(&self, i: usize) -> LightContext {
+    pub fn light_context(&self, i: usize, time: f32) -> LightContext {
         let (p, p_error) = (self.p.point(i), self.p_error.vec(i));
-        LightContext::of_reference(Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) })
-            .beside_lobes()
+        let reference = Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) };
+        LightContext::of_reference(reference, time).beside_lobes()
     }
 
     /// Works out the first `n` places.
@@ -309,7 +309,10 @@ impl World {
     #[inline]
     fn place_lamp(&self, context: &LightContext, light: u32, w: &Wavelengths, rows: &mut LightRows, i: usize) -> bool {
         let Some(emitter) = self.lights.emitters.get(light as usize) else { return false };
-        let (EmitterShape::Triangle(..), Some(triangle)) = (emitter.shape, &emitter.prepared) else { return false };
+        let (EmitterShape::Triangle(..), Some(triangle), None) = (emitter.shape, &emitter.prepared, emitter.instance)
+        else {
+            return false;
+        };
         let emission = &self.area_lights[emitter.emission as usize];
         if emission.image.is_some() || emission.texture.is_some() || !triangle.is_far(context.position()) {
             return false;

@@ -190,7 +190,8 @@ impl World {
             geometry = geometry.transformed(&t);
         }
         let record = &group.primitives[primitive as usize];
-        let light = record.first_light.map(|first| first + element);
+        let own = instance.map_or(0, |i| self.instances[i as usize].first_light);
+        let light = record.first_light.map(|first| own + first + element);
         let emission = match light {
             Some(id) => {
                 let e = &self.lights.emitters[id as usize];
