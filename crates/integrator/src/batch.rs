@@ -272,7 +272,7 @@ impl Rows {
             let ray = if self.lights.infinite.0[i] != 0 {
                 Ray::new(o, self.lights.wi.vec(i), time)
             } else {
-                Ray { o, d: self.shadow_d.vec(i), t_max: 1.0f32.next_down(), time }
+                Ray { o, d: self.shadow_d.vec(i), t_max: Ray::MOST_OF_THE_WAY, time }
             };
             record.ray(RayKind::Shadow);
             if !record::occluded(world, &ray, record) {

@@ -117,7 +117,9 @@ impl Writer<'_> {
                 let [start, end] = self.scene.camera.shutter.map(|time| transform(&moving.at(time)));
                 let light = self.light(light);
                 let within = if light.starts_with("Transform") { "Concat" } else { "" };
-                format!("ActiveTransform StartTime {start}\nActiveTransform EndTime {end}\nActiveTransform All\n{within}{light}")
+                format!(
+                    "ActiveTransform StartTime {start}\nActiveTransform EndTime {end}\nActiveTransform All\n{within}{light}"
+                )
             }
         }
     }

@@ -63,7 +63,9 @@ impl Loader<'_> {
             if behind_portal {
                 params.warning("what shines through a portal does not move; the transform at the start is used", None);
             } else {
-                params.diagnostics.push(Diagnostic::note("the light moves; in pbrt it stays where it starts", params.span));
+                params
+                    .diagnostics
+                    .push(Diagnostic::note("the light moves; in pbrt it stays where it starts", params.span));
             }
         }
         // A light that moves is stated in a space of its own.

@@ -125,7 +125,11 @@ impl World {
         }
         let instances: Vec<WorldInstance> = flat
             .iter()
-            .map(|f| WorldInstance { group: f.object as u32 + 1, world_from_object: f.world_from_object, first_light: 0 })
+            .map(|f| WorldInstance {
+                group: f.object as u32 + 1,
+                world_from_object: f.world_from_object,
+                first_light: 0,
+            })
             .collect();
         let bounds: Vec<(u32, Bounds3)> = flat
             .iter()
@@ -138,7 +142,8 @@ impl World {
         let media = build_media(&scene, primitives.iter().chain(objects.iter().flatten()))?;
         let settings = &scene.settings;
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
-        let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated())
+        let has_motion = camera.is_animated()
+            || instances.iter().any(|i| i.world_from_object.is_animated())
             || World::far_lights_move(&scene);
         let uses_footprints = uses_footprints(&scene);
         for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {

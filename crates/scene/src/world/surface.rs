@@ -102,7 +102,7 @@ impl Surface {
         if sample.distance == f32::INFINITY {
             return Ray::new(o, sample.wi, self.time);
         }
-        Ray { o, d: sample.end - o, t_max: 1.0f32.next_down(), time: self.time }
+        Ray::between(o, sample.end, self.time)
     }
 
     /// The differential of a ray scattered specularly to `wi` (Igehy 1999; Suykens and Willems 2001); `None` where it

@@ -50,7 +50,13 @@ impl Lights {
             if area > 0.0 {
                 let [x, y, z] = centre.map(|c| (c / area) as f32);
                 let n = axis.filter(|_| flat).map(Vec3::to_normal);
-                points.push(LightPoint { p: Point3::new(x, y, z), n, strength, emission: elements[0].emission, instance: elements[0].instance });
+                points.push(LightPoint {
+                    p: Point3::new(x, y, z),
+                    n,
+                    strength,
+                    emission: elements[0].emission,
+                    instance: elements[0].instance,
+                });
             }
         }
         points
