@@ -175,7 +175,7 @@ impl Batch {
                 record.path(walk.depth);
                 continue;
             };
-            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, wavelengths) {
+            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, &walk.ray, wavelengths) {
                 if walk.depth == self.path.max_depth {
                     record.path(walk.depth);
                     continue;

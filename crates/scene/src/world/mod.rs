@@ -6,6 +6,7 @@ mod displacement;
 mod group;
 mod lens;
 mod light;
+mod looks_at;
 mod medium;
 mod noise;
 mod plastic;

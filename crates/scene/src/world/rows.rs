@@ -1,12 +1,13 @@
 //! Plain surfaces and lamps side by side: what many paths ask of them in one step, with the bits that each path alone would have got.
 //!
-//! Plain is what most of most scenes is made of: triangles of one matte colour that do not shine, and triangles that do, seen from some
-//! way off. Everything else is left to the functions for one path.
+//! Plain is what most of most scenes is made of: matte and rough metallic triangles that do not shine, and triangles that do, seen from
+//! some way off. Everything else is left to the functions for one path, and so are textures, which are looked up path by path.
 
 use super::light::{EmitterShape, LightContext, LightSample, PickRows};
+use super::looks_at::LooksAt;
 use super::surface::{Hit, HitShape};
-use super::{CameraRay, CameraSample, TextureContext, World};
-use crate::{Handle, Material, Metal, Scattering, SpectrumTexture, Texture};
+use super::{CameraRay, CameraSample, MeshPoint, TextureContext, World};
+use crate::{Handle, Material, Metal, Scattering, SpectrumTexture};
 use steradian_bsdf::{Diffuse, RoughConductor};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{PreparedTriangle, Reference, Triangle};
@@ -21,14 +22,15 @@ pub struct PlainSurfaces(Vec<Option<Plain>>);
 #[derive(Clone, Copy, Debug)]
 struct Plain {
     material: Handle<Material>,
-    /// The reading in RGB mode.
-    rgb: PlainLobe,
+    looks_at: LooksAt,
+    /// The reading in RGB mode of what is the same everywhere.
+    rgb: Option<PlainLobe>,
 }
 
 /// How a plain surface scatters.
 #[derive(Clone, Copy, Debug)]
 pub enum PlainLobe {
-    /// Of one albedo, which is not black.
+    /// Of an albedo, which is not black.
     Diffuse(Diffuse),
     /// A rough metal.
     Metal(RoughConductor),
@@ -194,52 +196,68 @@ impl World {
             if !(dark && record.is_mesh && record.isotropic) {
                 return None;
             }
-            let (spectra, floats) = (&self.scene.spectrum_textures, &self.scene.float_textures);
-            let even = |t: Handle<SpectrumTexture>| matches!(spectra[t].kind, Texture::Constant(_));
-            let plain = match &self.scene.materials[record.material].scattering {
-                Scattering::Diffuse { reflectance } => even(*reflectance),
+            let material = &self.scene.materials[record.material].scattering;
+            let of = |t: Handle<SpectrumTexture>| self.scene.spectrum_looks_at(t);
+            let looks_at = match material {
+                Scattering::Diffuse { reflectance } => of(*reflectance),
                 Scattering::Conductor { metal, roughness } if !regularize => {
-                    let even_metal = match metal {
-                        Metal::Ior { eta, k } => even(*eta) && even(*k),
-                        Metal::Reflectance(r) => even(*r),
+                    let of_metal = match metal {
+                        Metal::Ior { eta, k } => of(*eta) | of(*k),
+                        Metal::Reflectance(r) => of(*r),
                     };
-                    even_metal && matches!(floats[roughness.u].0, Texture::Constant(_))
+                    of_metal | self.scene.float_looks_at(roughness.u)
                 }
-                _ => false,
+                _ => return None,
             };
-            let rgb = plain.then(|| self.lobe_of(record.material, &Wavelengths::rgb())).flatten()?;
-            Some(Plain { material: record.material, rgb })
+            if looks_at.varies {
+                return Some(Plain { material: record.material, looks_at, rgb: None });
+            }
+            let rgb = self.lobe_of(record.material, &TextureContext::default(), &Wavelengths::rgb())?;
+            Some(Plain { material: record.material, looks_at, rgb: Some(rgb) })
         };
         PlainSurfaces(self.groups[0].primitives.iter().map(lobe).collect())
     }
 
-    /// The lobe of a material that is the same everywhere; `None` for black and for mirrors.
-    fn lobe_of(&self, material: Handle<Material>, w: &Wavelengths) -> Option<PlainLobe> {
-        let anywhere = TextureContext::default();
+    /// The lobe of a material at a point; `None` for black and for mirrors.
+    #[inline]
+    fn lobe_of(&self, material: Handle<Material>, c: &TextureContext, w: &Wavelengths) -> Option<PlainLobe> {
         match &self.scene.materials[material].scattering {
             Scattering::Diffuse { reflectance } => {
-                let albedo = self.spectrum_texture(*reflectance, &anywhere, w).clamp(0.0, 1.0);
+                let albedo = self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0);
                 (!albedo.is_black()).then_some(PlainLobe::Diffuse(Diffuse::new(albedo)))
             }
             Scattering::Conductor { metal, roughness } => {
-                let distribution = self.microfacets(roughness, &anywhere);
-                let (eta, k) = self.metal(metal, &anywhere, w);
+                let distribution = self.microfacets(roughness, c);
+                let (eta, k) = self.metal(metal, c, w);
                 (!distribution.is_smooth()).then_some(PlainLobe::Metal(RoughConductor { distribution, eta, k }))
             }
             _ => None,
         }
     }
 
-    /// The lobe at a hit, if that is plain.
+    /// The lobe where a ray has met a surface, if that is plain.
     #[inline]
-    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, w: &Wavelengths) -> Option<PlainLobe> {
-        let HitShape::Triangle { id, .. } = hit.shape else { return None };
+    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, ray: &Ray, w: &Wavelengths) -> Option<PlainLobe> {
+        let HitShape::Triangle { id, b1, b2 } = hit.shape else { return None };
         if hit.group != 0 {
             return None;
         }
         let primitive = self.groups[0].primitive_of_triangle[id as usize];
         let plain = plain.0.get(primitive as usize)?.as_ref()?;
-        if w.is_rgb() { Some(plain.rgb) } else { self.lobe_of(plain.material, w) }
+        if !plain.looks_at.varies {
+            let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
+            return if w.is_rgb() { plain.rgb } else { anywhere() };
+        }
+        let context = if plain.looks_at.place {
+            self.texture_context(&self.surface(ray, hit))
+        } else {
+            let record = &self.groups[0].primitives[primitive as usize];
+            let face = id - record.first_triangle;
+            let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
+            let on_mesh = Some(MeshPoint { mesh: record.mesh, face, b: [b1, b2] });
+            TextureContext { uv: mesh.uv(face as usize, b1, b2), on_mesh, ..TextureContext::default() }
+        };
+        self.lobe_of(plain.material, &context, w)
     }
 
     /// Puts a hit of a plain surface by a ray of direction `d` into a place.
