@@ -25,11 +25,7 @@ impl LooksAt {
 impl BitOr for LooksAt {
     type Output = Self;
     fn bitor(self, o: Self) -> Self {
-        Self {
-            varies: self.varies | o.varies,
-            place: self.place | o.place,
-            footprint: self.footprint | o.footprint,
-        }
+        Self { varies: self.varies | o.varies, place: self.place | o.place, footprint: self.footprint | o.footprint }
     }
 }
 
