@@ -51,7 +51,7 @@ impl Outputs {
         };
         for path in &pictures {
             match format_of(path)? {
-                Format::Tga | Format::Bmp | Format::Qoi => {
+                format if !format.is_writable() => {
                     return Err(unwritable(
                         path,
                         "this kind of file is read but not written; write .exr, .png, .jpg, .hdr or .pfm",
@@ -150,8 +150,7 @@ fn default_files(scene_file: Option<&str>) -> Vec<PathBuf> {
     let Some(name) = scene_file.and_then(|f| Path::new(f).file_name()).map(PathBuf::from) else {
         return vec!["steradian.png".into(), "steradian.exr".into()];
     };
-    let writable = Format::from_name(&name.to_string_lossy())
-        .is_some_and(|f| !matches!(f, Format::Tga | Format::Bmp | Format::Qoi));
+    let writable = Format::from_name(&name.to_string_lossy()).is_some_and(Format::is_writable);
     let first = if writable { name } else { name.with_extension("exr") };
     let png = first.with_extension("png");
     if first == png { vec![first] } else { vec![first, png] }
