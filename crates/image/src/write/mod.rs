@@ -8,7 +8,7 @@ mod raster;
 
 use std::path::Path;
 
-pub use atomic::write_bytes_atomically;
+pub use atomic::{remove_leftovers, write_bytes_atomically};
 
 use crate::{Encoding, Error, Format, Image, ToneMap};
 
