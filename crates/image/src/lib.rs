@@ -40,4 +40,4 @@ pub use read::{Limits, read, read_limited, read_texels, read_texels_limited};
 pub use scratch::{MappedBytes, Scratch};
 pub use texels::{SampleKind, Storage, Texels};
 pub use tonemap::{Exposure, Operator, PreparedToneMap, ToneMap};
-pub use write::{Compression, WriteOptions, encode, write_bytes_atomically, write_file};
+pub use write::{Compression, WriteOptions, encode, remove_leftovers, write_bytes_atomically, write_file};

@@ -40,11 +40,7 @@ pub fn run_cli_like(options: &Options, progress: &dyn Progress) -> Result<Report
     }
     if let Some(folder) = &options.folder {
         // The folder is tried first: nobody wants to hear of it after twenty minutes.
-        let attempt = std::fs::create_dir_all(folder).and_then(|()| {
-            let probe = folder.join(".steradian-lab");
-            std::fs::write(&probe, [])?;
-            std::fs::remove_file(probe)
-        });
+        let attempt = std::fs::create_dir_all(folder).and_then(|()| tempfile::tempfile_in(folder));
         attempt.map_err(|source| Error::Write { path: folder.clone(), source })?;
     }
     let setting = Setting {

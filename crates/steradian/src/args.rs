@@ -512,7 +512,7 @@ pub(crate) struct SceneArg {
 /// `info`.
 #[derive(Args, Debug)]
 pub(crate) struct InfoArgs {
-    /// A scene, - for standard input, or an image (.exr .png .jpg .hdr .pfm .tga .bmp .qoi)
+    /// A scene, - for standard input, or an image (.exr .png .jpg .hdr .pfm .tga .bmp .qoi .webp)
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub file: PathBuf,
 

@@ -169,7 +169,6 @@ pub(crate) fn open(args: &KeepArgs) -> Result<Option<Snapshot>, Failure> {
         return Err(Failure::Input(format!("{name}: a checkpoint needs another name than the part that it leads to")));
     }
     output::check(path)?;
-    remove_leftovers(path);
     match (path.try_exists(), args.resume) {
         (Ok(true), true) => read(path).map(Some),
         (Ok(true), false) => Err(Failure::Input(format!(
@@ -189,26 +188,6 @@ pub(crate) fn check(path: &Path, snapshot: &Snapshot, wanted: &Identity) -> Resu
         }
         other => Failure::Input(format!("{}: {other}", path.display())),
     })
-}
-
-/// Removes what a process that was killed while it wrote this file has left next to it.
-fn remove_leftovers(path: &Path) {
-    let (Some(stem), Some(parent)) = (path.file_name().map(OsStr::to_string_lossy), path.parent()) else { return };
-    let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let process = name
-            .to_str()
-            .and_then(|n| n.strip_prefix('.')?.strip_prefix(&*stem)?.strip_prefix('.')?.strip_suffix(".part"))
-            .and_then(|rest| rest.split_once('-')?.0.parse::<u32>().ok());
-        // Where processes cannot be looked up, what might be somebody's stays.
-        let gone = |pid: u32| Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{pid}")).exists();
-        if process.is_some_and(gone) {
-            // A file that stays does no harm.
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
 }
 
 /// Writes checkpoints beside the rendering threads.

@@ -1,12 +1,11 @@
 //! Where the picture goes: which files, whether they can be written, what they say about themselves.
 
-use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use steradian_image::{
     Attribute, Chromaticities, Exposure, Format, Image, Metadata, Operator, Precision, ToneMap, Window, WriteOptions,
-    encode, write_bytes_atomically,
+    encode, remove_leftovers, write_bytes_atomically,
 };
 use steradian_render::{CLAMPED, Film, OUTLIERS, Rendered, read_layers, read_spectrum};
 use steradian_scene::{FilmSettings, IntegratorKind, RenderSettings};
@@ -51,7 +50,7 @@ impl Outputs {
         };
         for path in &pictures {
             match format_of(path)? {
-                Format::Tga | Format::Bmp | Format::Qoi => {
+                format if !format.is_writable() => {
                     return Err(unwritable(
                         path,
                         "this kind of file is read but not written; write .exr, .png, .jpg, .hdr or .pfm",
@@ -150,8 +149,7 @@ fn default_files(scene_file: Option<&str>) -> Vec<PathBuf> {
     let Some(name) = scene_file.and_then(|f| Path::new(f).file_name()).map(PathBuf::from) else {
         return vec!["steradian.png".into(), "steradian.exr".into()];
     };
-    let writable = Format::from_name(&name.to_string_lossy())
-        .is_some_and(|f| !matches!(f, Format::Tga | Format::Bmp | Format::Qoi));
+    let writable = Format::from_name(&name.to_string_lossy()).is_some_and(Format::is_writable);
     let first = if writable { name } else { name.with_extension("exr") };
     let png = first.with_extension("png");
     if first == png { vec![first] } else { vec![first, png] }
@@ -170,7 +168,8 @@ fn unwritable(path: &Path, what: &str) -> Failure {
     Failure::Input(format!("{}: {what}", path.display()))
 }
 
-/// Makes sure that a file can be created where `path` will be, so that nobody waits for a picture that cannot be kept.
+/// Makes sure that a file can be created where `path` will be, so that nobody waits for a picture that cannot be kept, and takes away what
+/// a process that was killed while it wrote there has left.
 pub(crate) fn check(path: &Path) -> Result<(), Failure> {
     let refused = |why: String| Err(Failure::Environment(format!("cannot write {}: {why}", path.display())));
     if path.is_dir() {
@@ -185,16 +184,11 @@ pub(crate) fn check(path: &Path) -> Result<(), Failure> {
         Err(e) => return refused(reason(&e)),
         Ok(_) => {}
     }
-    let stem = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let probe = parent.join(format!(".{stem}.{}.probe", std::process::id()));
-    match OpenOptions::new().write(true).create_new(true).open(&probe) {
-        Ok(_) => {
-            // What is left behind is empty and says what it is.
-            let _ = std::fs::remove_file(&probe);
-            Ok(())
-        }
-        Err(e) => refused(reason(&e)),
-    }
+    // A file without a name, where the system has such: a kill in this moment leaves nothing.
+    tempfile::tempfile_in(parent)
+        .map_err(|e| Failure::Environment(format!("cannot write {}: {}", path.display(), reason(&e))))?;
+    remove_leftovers(path);
+    Ok(())
 }
 
 /// What the run is, for the picture's metadata.

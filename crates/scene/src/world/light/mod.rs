@@ -17,6 +17,7 @@ mod point;
 mod portal;
 mod projection;
 mod selection;
+mod sky_rows;
 mod spot;
 mod tree;
 mod uniform;
@@ -26,6 +27,7 @@ pub use emitter::{Emitter, EmitterShape};
 pub(crate) use goniometric::mean_intensity;
 pub use lamp_points::LightPoint;
 pub(crate) use projection::projected_luminance;
+pub use sky_rows::SkyRows;
 pub(in crate::world) use tree::PickRows;
 
 use super::texture::{MeshPoint, TextureContext, rgb_lanes};

@@ -48,6 +48,12 @@ impl MovingFar {
         self.world_from_light.as_ref().is_some_and(|t| t.is_animated())
     }
 
+    /// The light if it is stated in the world.
+    #[inline]
+    pub fn still(&self) -> Option<&Far> {
+        self.world_from_light.is_none().then_some(&self.light)
+    }
+
     /// Whether no ray meets the light by chance.
     #[inline]
     pub fn is_delta(&self) -> bool {
