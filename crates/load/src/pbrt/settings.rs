@@ -523,21 +523,15 @@ impl Loader<'_> {
 
 /// How one light is picked among many.
 fn light_selection(p: &mut Params) -> LightSelection {
-    let chosen = p.choice(
+    p.choice(
         "lightsampler",
         &[
             ("bvh", LightSelection::Tree),
             ("uniform", LightSelection::Uniform),
             ("power", LightSelection::Power),
-            ("exhaustive", LightSelection::Tree),
+            ("exhaustive", LightSelection::Exhaustive),
         ],
-    );
-    if let Some((name, span)) = p.string("lightsampler")
-        && name == "exhaustive"
-    {
-        p.warning("the `exhaustive` light sampler is not supported yet; `bvh` is used instead", span);
-    }
-    chosen
+    )
 }
 
 /// Lens and window of the cameras that have no lens system.
