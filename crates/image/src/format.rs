@@ -19,6 +19,8 @@ pub enum Format {
     Bmp,
     /// Quite OK Image (read only).
     Qoi,
+    /// WebP, lossy and lossless (read only).
+    WebP,
 }
 
 impl Format {
@@ -36,6 +38,9 @@ impl Format {
             (b"BM", Format::Bmp),
             (b"qoif", Format::Qoi),
         ];
+        if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+            return Some(Format::WebP);
+        }
         let found = magic.iter().find(|(m, _)| bytes.starts_with(m)).map(|(_, f)| *f);
         found.or_else(|| Format::from_name(name))
     }
@@ -52,6 +57,7 @@ impl Format {
             "tga" => Format::Tga,
             "bmp" => Format::Bmp,
             "qoi" => Format::Qoi,
+            "webp" => Format::WebP,
             _ => return None,
         })
     }
@@ -59,6 +65,11 @@ impl Format {
     /// Whether its numbers are light as they stand, without a limit at 1.
     pub fn is_high_dynamic_range(self) -> bool {
         matches!(self, Format::Exr | Format::Hdr | Format::Pfm)
+    }
+
+    /// Whether files of this format are written as well.
+    pub fn is_writable(self) -> bool {
+        !matches!(self, Format::Tga | Format::Bmp | Format::Qoi | Format::WebP)
     }
 
     pub(crate) fn label(self) -> &'static str {
@@ -71,6 +82,7 @@ impl Format {
             Format::Tga => "TGA",
             Format::Bmp => "BMP",
             Format::Qoi => "QOI",
+            Format::WebP => "WebP",
         }
     }
 }

@@ -192,9 +192,12 @@ fn tone_mapping_is_applied_on_the_way_out() {
 fn read_only_formats_are_read() {
     let codes: Vec<u8> = (0..6 * 4 * 3).map(|i| (i * 7 % 256) as u8).collect();
     let buffer = image::RgbImage::from_raw(6, 4, codes.clone()).unwrap();
-    for (format, name) in
-        [(image::ImageFormat::Tga, "a.tga"), (image::ImageFormat::Bmp, "a.bmp"), (image::ImageFormat::Qoi, "a.qoi")]
-    {
+    for (format, name) in [
+        (image::ImageFormat::Tga, "a.tga"),
+        (image::ImageFormat::Bmp, "a.bmp"),
+        (image::ImageFormat::Qoi, "a.qoi"),
+        (image::ImageFormat::WebP, "a.webp"),
+    ] {
         let mut file = std::io::Cursor::new(Vec::new());
         buffer.write_to(&mut file, format).unwrap();
         let texels = read_texels(file.get_ref(), name, None).unwrap();
@@ -202,6 +205,22 @@ fn read_only_formats_are_read() {
         let error = encode(&texels.to_image(), Format::from_name(name).unwrap(), name, &WriteOptions::default());
         assert!(matches!(error, Err(Error::Unsupported { .. })));
     }
+}
+
+/// 24 x 18 pixels with red along x, green along y, blue 64 and alpha 255 - 10 x, at quality 90.
+#[test]
+fn lossy_webp_is_near() {
+    let texels = read_texels(include_bytes!("data/lossy.webp"), "a.webp", None).unwrap();
+    assert_eq!((texels.width(), texels.height(), texels.channels()), (24, 18, 4));
+    let Storage::U8(codes) = texels.storage() else { panic!("not bytes") };
+    let mut worst = 0;
+    for (i, p) in codes.chunks(4).enumerate() {
+        let (x, y) = (i % 24, i / 24);
+        let want = [40 + 8 * x, 30 + 10 * y, 64, 255 - 10 * x].map(|v| v as i32);
+        worst = (0..3).map(|c| (i32::from(p[c]) - want[c]).abs()).max().unwrap().max(worst);
+        assert_eq!(i32::from(p[3]), want[3]);
+    }
+    assert!(worst < 12, "{worst}");
 }
 
 #[test]

@@ -19,8 +19,12 @@ fn good(format: Format) -> Vec<u8> {
 
 fn other_formats() -> Vec<(Vec<u8>, &'static str)> {
     let buffer = image::RgbImage::from_fn(9, 5, |x, y| image::Rgb([x as u8 * 20, y as u8 * 40, 7]));
-    let kinds =
-        [(image::ImageFormat::Tga, "a.tga"), (image::ImageFormat::Bmp, "a.bmp"), (image::ImageFormat::Qoi, "a.qoi")];
+    let kinds = [
+        (image::ImageFormat::Tga, "a.tga"),
+        (image::ImageFormat::Bmp, "a.bmp"),
+        (image::ImageFormat::Qoi, "a.qoi"),
+        (image::ImageFormat::WebP, "lossless.webp"),
+    ];
     kinds
         .map(|(format, name)| {
             let mut file = std::io::Cursor::new(Vec::new());
@@ -31,7 +35,8 @@ fn other_formats() -> Vec<(Vec<u8>, &'static str)> {
 }
 
 fn all() -> Vec<(Vec<u8>, &'static str)> {
-    FORMATS.iter().map(|&(f, n)| (good(f), n)).chain(other_formats()).collect()
+    let lossy = (include_bytes!("data/lossy.webp").to_vec(), "lossy.webp");
+    FORMATS.iter().map(|&(f, n)| (good(f), n)).chain(other_formats()).chain([lossy]).collect()
 }
 
 #[test]
@@ -123,6 +128,10 @@ fn huge_claims_are_refused_at_once() {
     files.push((qoi, "a.qoi"));
     files.push((png_of(100_000, 100_000), "a.png"));
     files.push((png_of(0x7fff_ffff, 0x7fff_ffff), "a.png"));
+    // A lossless WebP that claims 16384 x 16384 pixels; what it takes is within the limit of nobody's file of 30 bytes.
+    let mut webp = b"RIFF\x16\0\0\0WEBPVP8L\x0a\0\0\0\x2f\xff\xff\xff\x0f".to_vec();
+    webp.extend([0; 5]);
+    files.push((webp, "a.webp"));
     let mut tga = vec![0_u8; 18];
     (tga[2], tga[16]) = (2, 24);
     tga[12..16].fill(0xff);

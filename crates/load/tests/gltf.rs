@@ -360,3 +360,25 @@ fn an_environment_lies_as_in_blender_and_turns_with_its_rotation() {
         );
     }
 }
+
+/// A picture of 4 x 4 texels, (200, 100, 50), lossless.
+const WEBP: &[u8] = include_bytes!("data/orange.webp");
+
+#[test]
+fn textures_in_webp_are_read_from_uris_and_buffers() {
+    let textured = |source: &str, image: &str| {
+        square(&[
+            (r#""baseColorFactor": [0.8, 0.4, 0.2, 1.0]"#, r#""baseColorTexture": {"index": 0}"#),
+            (r#""scene": 0"#, &format!(r#""images": [{image}], "textures": [{{{source}}}], "scene": 0"#)),
+        ])
+    };
+    let uri = format!(r#"{{"uri": "data:image/webp;base64,{}"}}"#, base64(WEBP));
+    let by_extension = r#""extensions": {"EXT_texture_webp": {"source": 0}}"#;
+    for text in [textured(by_extension, &uri), textured(r#""source": 0"#, &uri)] {
+        let s = scene(&text);
+        let image = s.images.iter().find(|i| i.texels.width() == 4).unwrap();
+        assert_eq!(image.texels.texel3(1, 2).map(|v| (v * 1e4).round()), [5776.0, 1274.0, 319.0]);
+    }
+    let cut = format!(r#"{{"uri": "data:image/webp;base64,{}"}}"#, base64(&WEBP[..WEBP.len() - 8]));
+    assert!(error(&textured(by_extension, &cut)).contains("WebP"));
+}

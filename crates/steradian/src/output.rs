@@ -50,7 +50,7 @@ impl Outputs {
         };
         for path in &pictures {
             match format_of(path)? {
-                Format::Tga | Format::Bmp | Format::Qoi => {
+                format if !format.is_writable() => {
                     return Err(unwritable(
                         path,
                         "this kind of file is read but not written; write .exr, .png, .jpg, .hdr or .pfm",
@@ -149,8 +149,7 @@ fn default_files(scene_file: Option<&str>) -> Vec<PathBuf> {
     let Some(name) = scene_file.and_then(|f| Path::new(f).file_name()).map(PathBuf::from) else {
         return vec!["steradian.png".into(), "steradian.exr".into()];
     };
-    let writable = Format::from_name(&name.to_string_lossy())
-        .is_some_and(|f| !matches!(f, Format::Tga | Format::Bmp | Format::Qoi));
+    let writable = Format::from_name(&name.to_string_lossy()).is_some_and(Format::is_writable);
     let first = if writable { name } else { name.with_extension("exr") };
     let png = first.with_extension("png");
     if first == png { vec![first] } else { vec![first, png] }
@@ -349,6 +348,14 @@ fn int(v: u32) -> Attribute {
     Attribute::Int(i32::try_from(v).unwrap_or(i32::MAX))
 }
 
+/// Which build made a picture: processor, system, and the commit where whoever built it has said so.
+fn build() -> String {
+    use std::env::consts::{ARCH, OS};
+    let kind = if cfg!(debug_assertions) { ", with checks" } else { "" };
+    let commit = option_env!("STERADIAN_COMMIT").map_or(String::new(), |c| format!(", {c}"));
+    format!("{ARCH} {OS}{kind}{commit}")
+}
+
 /// What is known after rendering.
 fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
     meta.set("samplesPerPixel", int(rendered.spp));
@@ -364,6 +371,11 @@ fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
     if let Some(bound) = rendered.bound {
         meta.set("steradian.errorBound", Attribute::Float(bound as f32));
     }
+    if let Some(error) = rendered.error {
+        // What progress and the summary show.
+        meta.set("steradian.relativeError", Attribute::Float(error as f32));
+    }
+    meta.set("steradian.build", text(build()));
     if rendered.bad_count > 0 {
         meta.set("steradian.badSamples", text(rendered.bad_count.to_string()));
     }

@@ -1,4 +1,4 @@
-//! PNG, JPEG, TGA, BMP and QOI through the `image` crate, kept at 8 bits where the file has 8 bits.
+//! PNG, JPEG, TGA, BMP, QOI and WebP through the `image` crate, kept at 8 bits where the file has 8 bits.
 
 use std::io::Cursor;
 
@@ -58,6 +58,7 @@ fn library_format(name: &str, format: Format) -> Result<ImageFormat, Error> {
         Format::Tga => ImageFormat::Tga,
         Format::Bmp => ImageFormat::Bmp,
         Format::Qoi => ImageFormat::Qoi,
+        Format::WebP => ImageFormat::WebP,
         Format::Exr | Format::Hdr | Format::Pfm => {
             return Err(Error::unsupported(name, "a format of floats where one of integers was expected"));
         }

@@ -64,7 +64,7 @@ pub fn encode(image: &Image, format: Format, name: &str, options: &WriteOptions)
         Format::Pfm => pfm::encode(image, name),
         Format::Png => raster::encode_png(image, name, options),
         Format::Jpeg => raster::encode_jpeg(image, name, options),
-        Format::Tga | Format::Bmp | Format::Qoi => {
+        Format::Tga | Format::Bmp | Format::Qoi | Format::WebP => {
             Err(Error::unsupported(name, format!("{} files are read but not written", format.label())))
         }
     }

@@ -11,7 +11,7 @@ use steradian_math::{Frame, PI, Point3, Transform, Vec3, cos};
 use steradian_sampling::warp::{square_to_lat_long, square_to_octahedral};
 use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, LightGroup, TextureImage};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, cie};
-use steradian_syntax::{Directive, Span};
+use steradian_syntax::{Diagnostic, Directive, ParamType, Span};
 
 const TYPES: [&str; 6] = ["point", "spot", "distant", "infinite", "goniometric", "projection"];
 
@@ -35,6 +35,7 @@ impl Loader<'_> {
     fn area_light(&mut self, p: &mut Params) -> Option<AreaLight> {
         let space = self.state.color_space;
         let given = self.spectrum(p, "L", SpectrumUse::Illuminant);
+        self.trap_of_light_spectra(p, "L");
         let mut scale = p.float("scale", 1.0);
         let two_sided = p.boolean("twosided", false);
         let power = Some(p.float("power", -1.0)).filter(|&phi| phi > 0.0);
@@ -57,10 +58,19 @@ impl Loader<'_> {
     pub(super) fn light_source(&mut self, mut d: Directive) {
         let (kind, span) = (d.text(0).to_string(), d.arg_span(0));
         let mut params = self.params(&mut d);
+        let behind_portal = kind == "infinite" && params.raw("portal", &[ParamType::Point3]).is_some();
+        let moves = self.state.is_animated() && !behind_portal;
         if self.state.is_animated() {
-            params.warning("lights do not move; the transform at the start is used", None);
+            if behind_portal {
+                params.warning("what shines through a portal does not move; the transform at the start is used", None);
+            } else {
+                params
+                    .diagnostics
+                    .push(Diagnostic::note("the light moves; in pbrt it stays where it starts", params.span));
+            }
         }
-        let ctm = self.state.ctm[0];
+        // A light that moves is stated in a space of its own.
+        let ctm = if moves { Transform::IDENTITY } else { self.state.ctm[0] };
         let p = &mut params;
         let light = match kind.as_str() {
             "point" => self.point_light(p, &ctm),
@@ -80,7 +90,11 @@ impl Loader<'_> {
             self.scene.groups_of_lights.resize(self.scene.lights.len(), None);
             self.scene.groups_of_lights.push(Some(group));
         }
-        self.scene.lights.extend(light);
+        let placed = |light: Light| match moves {
+            true => Light::Moving { light: Box::new(light), world_from_light: self.state.animated() },
+            false => light,
+        };
+        self.scene.lights.extend(light.map(placed));
         self.diagnostics.append(&mut params.finish());
     }
 
@@ -108,6 +122,7 @@ impl Loader<'_> {
 
     /// The intensity of a light, and the factor that gives it luminous intensity `scale`.
     fn emission(&mut self, p: &mut Params, name: &'static str) -> Option<(Spectrum, f32)> {
+        self.trap_of_light_spectra(p, name);
         let spectrum = match self.spectrum(p, name, SpectrumUse::Illuminant) {
             Some(s) => s,
             None => white(self.state.color_space),

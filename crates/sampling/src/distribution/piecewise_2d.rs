@@ -1,8 +1,8 @@
 //! A piecewise constant density on the unit square: rows are chosen by the marginal, then a point by the row's own density.
 
 use super::piecewise_1d::fill_cdf;
-use super::{Piecewise1D, fill_guide, find_guided, guide_len, is_density};
-use steradian_math::{ONE_MINUS_EPSILON, lerp};
+use super::{Piecewise1D, fill_guide, find_between, guide_len, guided, is_density};
+use steradian_math::{ONE_MINUS_EPSILON, ROW, Row, lerp};
 
 /// Density proportional to `values[y * nx + x]` on the cells of a grid over the unit square; uniform if all are zero.
 ///
@@ -57,13 +57,41 @@ impl Piecewise2D {
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let row = self.marginal.sample(u[1]);
-        let cdf = self.row_cdf(row.index);
-        let n = guide_len(self.nx);
-        let column = find_guided(cdf, &self.row_guides[row.index * n..(row.index + 1) * n], u[0]);
-        let (low, high) = (cdf[column], cdf[column + 1]);
-        let inside = if high > low { ((u[0] - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
-        let x = ((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON);
+        let cell = guided(self.row_guide(row.index), u[0]);
+        let (x, column) = self.column(row.index, cell, u[0]);
         ([x, row.x.min(ONE_MINUS_EPSILON)], self.cell_pdf(column, row.index))
+    }
+
+    /// [`Piecewise2D::sample`] for the first `n` pairs of a row, which become points: step by step, so that their waits for memory
+    /// overlap.
+    pub fn sample_rows(&self, u: &mut [Row; 2], pdf: &mut Row, n: usize) {
+        let n = n.min(ROW);
+        let [ux, uy] = u;
+        let (mut rows, mut cells) = ([0u32; ROW], [[0u32; 2]; ROW]);
+        for i in 0..n {
+            let row = self.marginal.sample(uy.0[i]);
+            rows[i] = row.index as u32;
+            uy.0[i] = row.x.min(ONE_MINUS_EPSILON);
+        }
+        for i in 0..n {
+            cells[i] = guided(self.row_guide(rows[i] as usize), ux.0[i]);
+        }
+        for i in 0..n {
+            let row = rows[i] as usize;
+            let (x, column) = self.column(row, cells[i], ux.0[i]);
+            ux.0[i] = x;
+            pdf.0[i] = self.cell_pdf(column, row);
+        }
+    }
+
+    /// The point of a row for a random number that lies between two cells, and its cell.
+    #[inline]
+    fn column(&self, row: usize, between: [u32; 2], u: f32) -> (f32, usize) {
+        let cdf = self.row_cdf(row);
+        let column = find_between(cdf, between, u);
+        let (low, high) = (cdf[column], cdf[column + 1]);
+        let inside = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
+        (((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON), column)
     }
 
     /// Density at `p` with respect to area; zero outside the square.
@@ -94,6 +122,12 @@ impl Piecewise2D {
     #[inline]
     fn cell_pdf(&self, x: usize, y: usize) -> f32 {
         if self.mean > 0.0 { self.values[y * self.nx + x] / self.mean } else { 1.0 }
+    }
+
+    #[inline]
+    fn row_guide(&self, y: usize) -> &[u32] {
+        let n = guide_len(self.nx);
+        &self.row_guides[y * n..(y + 1) * n]
     }
 
     #[inline]

@@ -15,13 +15,13 @@ use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 /// An environment map with the tables to sample it.
 #[derive(Clone, Debug)]
 pub(super) struct Environment {
-    image: Handle<TextureImage>,
+    pub(super) image: Handle<TextureImage>,
     scale: f32,
-    mapping: EnvironmentMapping,
-    world_from_light: Transform,
+    pub(super) mapping: EnvironmentMapping,
+    pub(super) world_from_light: Transform,
     distribution: Option<Piecewise2D>,
     /// The same less its mean: where lobes find the rest.
-    beside_lobes: Option<Piecewise2D>,
+    pub(super) beside_lobes: Option<Piecewise2D>,
 }
 
 /// The colour of a texel; grey where there is one colour channel only.
@@ -93,7 +93,8 @@ impl Environment {
         Self { image, scale, mapping, world_from_light, distribution, beside_lobes }
     }
 
-    fn local(&self, d: Vec3) -> Vec3 {
+    #[inline(always)]
+    pub(super) fn local(&self, d: Vec3) -> Vec3 {
         self.world_from_light.inverse_vector(d).normalize()
     }
 
@@ -104,9 +105,9 @@ impl Environment {
         }
     }
 
-    /// The colour seen in direction `d` (world space), before `scale`.
-    fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
-        let [u, v] = self.square_of(self.local(d));
+    /// The colour from the direction that a point of the square stands for, before `scale`.
+    #[inline]
+    fn rgb(&self, texels: &Texels, [u, v]: [f32; 2]) -> [f32; 3] {
         let (w, h) = (texels.width(), texels.height());
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         match self.mapping {
@@ -162,8 +163,14 @@ impl Environment {
 
 impl Environment {
     fn lanes(&self, images: &Arena<TextureImage>, d: Vec3, w: &Wavelengths) -> Lanes {
+        self.lanes_at_square(images, self.square_of(self.local(d)), w)
+    }
+
+    /// The radiance from the direction that a point of the square stands for.
+    #[inline]
+    pub(super) fn lanes_at_square(&self, images: &Arena<TextureImage>, square: [f32; 2], w: &Wavelengths) -> Lanes {
         let image = &images[self.image];
-        let rgb = self.rgb(&image.texels, d).map(|v| v.max(0.0));
+        let rgb = self.rgb(&image.texels, square).map(|v| v.max(0.0));
         rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale
     }
 }

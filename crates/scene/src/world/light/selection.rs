@@ -1,7 +1,7 @@
 //! The choice of one light among many.
 
 use super::bounds::LightBounds;
-use super::far::Far;
+use super::moving::MovingFar;
 use super::tree::{LightTree, PickRows};
 use super::{LightContext, Lights};
 use crate::LightSelection;
@@ -21,7 +21,8 @@ pub(super) enum Selection {
     /// In proportion to power.
     Power(AliasTable),
     /// Lights without a place alike, the rest by the tree. The second list is for callers that find lights by their lobes, too.
-    Tree { tree: LightTree, placeless: [Placeless; 2] },
+    /// `of_all`: without the tree's way down.
+    Tree { tree: LightTree, placeless: [Placeless; 2], of_all: bool },
 }
 
 /// Infinite and distant lights, which have no place in the tree.
@@ -57,18 +58,19 @@ impl Lights {
                 let weights: Vec<f32> = (0..n as u32).map(|i| self.power(world, i, radius)).collect();
                 AliasTable::new(&weights).map_or(Selection::Uniform(n as u32), Selection::Power)
             }
-            LightSelection::Tree => {
+            LightSelection::Tree | LightSelection::Exhaustive => {
                 let tree = LightTree::build(self.light_bounds(world, radius), n);
                 let first = self.emitters.len();
                 // A sky alone is worth two looks; beside lamps, the lamps have more need of them.
-                let alone = tree.is_empty() && self.far.iter().all(Far::is_left_to_lobes);
+                let alone = tree.is_empty() && self.far.iter().all(MovingFar::is_left_to_lobes);
                 let placeless = |beside_lobes: bool| {
                     let left_out =
-                        |far: &Far| far.bounds(1.0).is_some() || beside_lobes && !alone && far.is_left_to_lobes();
+                        |far: &MovingFar| far.bounds(1.0).is_some() || beside_lobes && !alone && far.is_left_to_lobes();
                     let ids = (0..self.far.len()).filter(|&i| !left_out(&self.far[i])).map(|i| (first + i) as u32);
                     Placeless::new(ids.collect(), !tree.is_empty())
                 };
-                Selection::Tree { placeless: [placeless(false), placeless(true)], tree }
+                let of_all = how == LightSelection::Exhaustive;
+                Selection::Tree { placeless: [placeless(false), placeless(true)], tree, of_all }
             }
         }
     }
@@ -77,10 +79,10 @@ impl Lights {
     fn light_bounds(&self, world: &World, radius: f32) -> Vec<(u32, LightBounds)> {
         let mut items = Vec::new();
         for (i, e) in self.emitters.iter().enumerate() {
-            let (axis, cos) = world.emitter_normals(&e.shape);
+            let (axis, cos) = world.emitter_normals(e);
             let two_sided = world.area_lights[e.emission as usize].two_sided;
             let power = self.power(world, i as u32, radius);
-            let bounds = LightBounds::new(world.emitter_bounds(&e.shape), axis, cos, 0.0, power, two_sided);
+            let bounds = LightBounds::new(world.emitter_bounds(e), axis, cos, 0.0, power, two_sided);
             items.push((i as u32, bounds));
         }
         for (i, far) in self.far.iter().enumerate() {
@@ -125,7 +127,7 @@ impl World {
                 let s = table.sample(u);
                 Some(Pick::new(s.index as u32, s.probability, s.remapped))
             }
-            Selection::Tree { tree, placeless } => {
+            Selection::Tree { tree, placeless, of_all } => {
                 let placeless = &placeless[usize::from(context.beside_lobes)];
                 let (p, below) = (placeless.probability, placeless.total());
                 if u < below {
@@ -139,7 +141,9 @@ impl World {
                 let from = &context.reference;
                 let share = 1.0 - below;
                 let u = ((u - below) / share).min(steradian_math::ONE_MINUS_EPSILON);
-                tree.sample(from.p, from.ns, u).map(|pick| Pick { probability: pick.probability * share, ..pick })
+                let pick =
+                    if *of_all { tree.sample_of_all(from.p, from.ns, u) } else { tree.sample(from.p, from.ns, u) };
+                pick.map(|pick| Pick { probability: pick.probability * share, ..pick })
             }
         }
     }
@@ -153,7 +157,7 @@ impl World {
         n: usize,
         out: &mut PickRows,
     ) -> bool {
-        let Selection::Tree { tree, placeless } = &self.lights.selection else { return false };
+        let Selection::Tree { tree, placeless, of_all: false } = &self.lights.selection else { return false };
         if !placeless[1].ids.is_empty() || tree.is_empty() {
             return false;
         }
@@ -171,13 +175,17 @@ impl World {
             Selection::None => 0.0,
             Selection::Uniform(n) => 1.0 / *n as f32,
             Selection::Power(table) => table.probability(light as usize),
-            Selection::Tree { tree, placeless } => {
+            Selection::Tree { tree, placeless, of_all } => {
                 let placeless = &placeless[usize::from(context.beside_lobes)];
                 if placeless.ids.contains(&light) {
                     placeless.probability
                 } else {
                     let from = &context.reference;
-                    tree.probability(from.p, from.ns, light) * (1.0 - placeless.total())
+                    let p = match of_all {
+                        true => tree.probability_of_all(from.p, from.ns, light),
+                        false => tree.probability(from.p, from.ns, light),
+                    };
+                    p * (1.0 - placeless.total())
                 }
             }
         }
