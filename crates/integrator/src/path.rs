@@ -20,6 +20,8 @@ pub struct Path {
     pub max_depth: u32,
     /// Roughen lobes after the first non-specular bounce; biased.
     pub regularize: bool,
+    /// Whether the camera sees through lamps and past the sky.
+    pub hide_lights: bool,
 }
 
 /// How far a path has come.
@@ -102,6 +104,10 @@ impl Path {
     ) -> ControlFlow<()> {
         let Walk { ray, differential, radiance, beta, eta_scale, depth, p_lobe, previous, any_non_specular } = walk;
         let mut surface = world.surface(ray, hit);
+        if self.hide_lights && *depth == 0 && surface.light.is_some() {
+            *ray = surface.continue_ray(ray);
+            return ControlFlow::Continue(());
+        }
 
         // Add emission of the surface, weighted against light sampling at the previous vertex.
         if surface.is_emitter() {
@@ -231,6 +237,9 @@ impl Path {
     #[inline]
     pub(crate) fn escape<R: Record>(&self, world: &World, walk: &mut Walk, wavelengths: &Wavelengths, record: &mut R) {
         let Walk { ray, beta, p_lobe, depth, previous, .. } = *walk;
+        if self.hide_lights && depth == 0 {
+            return;
+        }
         for &light in world.infinite_lights() {
             let emitted = world.environment(light, &ray, wavelengths);
             if emitted.is_black() {

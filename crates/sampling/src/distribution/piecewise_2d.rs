@@ -53,17 +53,32 @@ impl Piecewise2D {
         [self.nx, self.ny]
     }
 
+    /// A cell with probability proportional to its value, and where in the cell the numbers point to, uniformly.
+    #[inline]
+    pub fn sample_cell(&self, u: [f32; 2]) -> ([usize; 2], [f32; 2]) {
+        let row = self.marginal.sample_discrete(u[1]);
+        let (column, x) = self.sample_column(row.index, u[0]);
+        ([column, row.index], [x, row.remapped])
+    }
+
     /// A point with density proportional to the values, and that density with respect to area.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let row = self.marginal.sample(u[1]);
-        let cdf = self.row_cdf(row.index);
-        let n = guide_len(self.nx);
-        let column = find_guided(cdf, &self.row_guides[row.index * n..(row.index + 1) * n], u[0]);
-        let (low, high) = (cdf[column], cdf[column + 1]);
-        let inside = if high > low { ((u[0] - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
+        let (column, inside) = self.sample_column(row.index, u[0]);
         let x = ((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON);
         ([x, row.x.min(ONE_MINUS_EPSILON)], self.cell_pdf(column, row.index))
+    }
+
+    /// A column of a row, and the place between its sides.
+    #[inline]
+    fn sample_column(&self, row: usize, u: f32) -> (usize, f32) {
+        let cdf = self.row_cdf(row);
+        let n = guide_len(self.nx);
+        let column = find_guided(cdf, &self.row_guides[row * n..(row + 1) * n], u);
+        let (low, high) = (cdf[column], cdf[column + 1]);
+        let inside = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
+        (column, inside)
     }
 
     /// Density at `p` with respect to area; zero outside the square.
@@ -116,6 +131,10 @@ mod tests {
             let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
             let (p, pdf) = d.sample(u);
             assert!(pdf > 0.0 && (pdf - d.pdf(p)).abs() < 1e-5);
+            let (cell, inside) = d.sample_cell(u);
+            for k in 0..2 {
+                assert!((3.0 * p[k] - cell[k] as f32 - inside[k]).abs() < 1e-4);
+            }
             let v = d.invert(p).unwrap();
             assert!((v[0] - u[0]).abs() < 1e-5 && (v[1] - u[1]).abs() < 1e-5);
             counts[(p[1] * 3.0) as usize * 3 + (p[0] * 3.0) as usize] += 1;

@@ -12,11 +12,13 @@ mod environment;
 mod far;
 mod goniometric;
 mod lamp_points;
+mod lat_long;
 mod point;
 mod portal;
 mod projection;
 mod selection;
 mod spot;
+mod sun;
 mod tree;
 mod uniform;
 
