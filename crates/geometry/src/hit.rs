@@ -196,7 +196,7 @@ impl Reference {
 /// The weights by which corners of a spherical polygon are preferred for their cosine at the reference point.
 ///
 /// The least keeps directions at the horizon possible (PBRT 4th ed., 6.5.4).
-#[inline]
+#[inline(always)]
 pub(crate) fn cosine_weight(ns: Normal3, w: Vec3) -> f32 {
     ns.abs_dot(w).max(0.01)
 }

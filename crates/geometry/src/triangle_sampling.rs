@@ -70,7 +70,7 @@ impl Triangle {
     }
 
     /// Whether the triangle is far away for its size.
-    #[inline]
+    #[inline(always)]
     fn is_far(&self, from: Point3) -> bool {
         let [p0, p1, p2] = self.p;
         let edge2 = p0.distance_squared(p1).max(p1.distance_squared(p2)).max(p2.distance_squared(p0));
@@ -130,6 +130,27 @@ impl Triangle {
         (pdf > 0.0 && pdf.is_finite()).then(|| self.sample_at(&plane, b1, b2, pdf))
     }
 
+    /// The usual case of [`Triangle::sample_solid_angle`] for loops over many triangles that have an area, without branches: barycentric
+    /// coordinates, density, and whether this is the usual case. Only then do the others mean anything.
+    #[inline(always)]
+    pub fn sample_near(&self, from: Point3, ns: Normal3, u: [f32; 2]) -> ([f32; 2], f32, bool) {
+        let seen = |p: Point3| {
+            let d = p - from;
+            let l = d.length();
+            (d / l, (l > 0.0) & (l < f32::INFINITY))
+        };
+        let [(a, has_a), (b, has_b), (c, has_c)] = [seen(self.p[0]), seen(self.p[1]), seen(self.p[2])];
+        let (triangle, usable) = SphericalTriangle::prepare(a, b, c);
+        let stable = SPHERICAL.contains(&triangle.solid_angle());
+        let turned = (ns.x != 0.0) | (ns.y != 0.0) | (ns.z != 0.0);
+        let usual = !self.is_far(from) & has_a & has_b & has_c & usable & stable & turned;
+        let [a, b, c] = [cosine_weight(ns, a), cosine_weight(ns, b), cosine_weight(ns, c)];
+        let weights = [b, b, a, c];
+        let u = square_to_bilinear(u, weights);
+        let pdf = square_to_bilinear_pdf(u, weights) * triangle.pdf();
+        (self.barycentric(from, triangle.sample(u)), pdf, usual)
+    }
+
     /// The density per solid angle with which [`Triangle::sample_solid_angle`] gives the direction to `p` of the
     /// triangle.
     pub fn pdf_solid_angle(&self, from: &Reference, p: Point3) -> f32 {
@@ -144,6 +165,7 @@ impl Triangle {
     }
 
     /// Barycentric coordinates of the point in direction `w`, brought into the triangle.
+    #[inline(always)]
     fn barycentric(&self, from: Point3, w: Vec3) -> [f32; 2] {
         let (e1, e2) = (self.p[1] - self.p[0], self.p[2] - self.p[0]);
         let s1 = w.cross(e2);

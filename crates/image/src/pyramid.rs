@@ -223,7 +223,7 @@ impl Pyramid {
             let [v] = self.filter(st, dst0, dst1, filter, |t, i| [t.value(i, 0)]);
             [v; 3]
         } else {
-            self.filter(st, dst0, dst1, filter, |t, i| std::array::from_fn(|c| t.value(i, c)))
+            self.filter(st, dst0, dst1, filter, Texels::value3)
         }
     }
 

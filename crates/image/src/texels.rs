@@ -214,13 +214,31 @@ impl Texels {
     /// If there are fewer.
     #[inline]
     pub fn texel3(&self, x: usize, y: usize) -> [f32; 3] {
-        let first = (y * self.width + x) * self.channels;
+        self.value3((y * self.width + x) * self.channels)
+    }
+
+    /// The linear values of the first three channels of the texel whose first sample is `first`, none of them alpha.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline]
+    pub fn value3(&self, first: usize) -> [f32; 3] {
+        debug_assert!(self.channels >= 3);
+        let of = first..first + 3;
         match &self.storage {
+            Storage::U8(s) => {
+                let s = &s[of];
+                [s[0], s[1], s[2]].map(|code| self.table[usize::from(code)])
+            }
+            Storage::F16(s) => {
+                let s = &s[of];
+                [s[0], s[1], s[2]].map(f16::to_f32)
+            }
             Storage::F32(s) => {
-                let s = &s[first..first + 3];
+                let s = &s[of];
                 [s[0], s[1], s[2]]
             }
-            _ => std::array::from_fn(|c| self.value(first, c)),
+            Storage::Mapped(kind, s) => std::array::from_fn(|c| self.mapped(*kind, s, first + c, c)),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Path tracing of many samples side by side (a wavefront, after Laine, Karras and Aila 2013): the picture is that of [`Path`], bit for bit.
 //!
 //! All paths of a batch make one bounce, then the next. Rays are traced one by one. Where they arrive on plain surfaces
-//! ([`PlainSurfaces`]), the paths stand in rows, and each step of the bounce is one loop over the rows; all others make their bounce by the
-//! function that a path alone would have used.
+//! ([`PlainSurfaces`]) or leave the scene, the paths stand in rows, and each step of the bounce is one loop over the rows; all others make
+//! their bounce by the function that a path alone would have used.
 
 use crate::camera_sample;
 use crate::path::{Path, Walk};
@@ -14,7 +14,7 @@ use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
 use steradian_sampling::warp::square_to_cosine_hemisphere;
 use steradian_scene::{
-    CameraRay, Hit, LightContext, LightRows, PlainLobe, PlainSurfaces, PointRows, Techniques, World,
+    CameraRay, Hit, LightContext, LightRows, PlainLobe, PlainSurfaces, PointRows, SkyRows, Techniques, World,
 };
 use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
@@ -38,8 +38,18 @@ pub struct Batch {
     level: Level,
     lanes: Vec<Lane>,
     alive: Vec<u32>,
+    hits: Vec<Option<Hit>>,
     /// Of paths that meet matte surfaces, and metals.
     rows: [Box<Rows>; 2],
+    escaped: Box<Escaped>,
+}
+
+/// Paths that leave the scene.
+#[derive(Clone, Debug, Default)]
+struct Escaped {
+    lanes: Vec<u32>,
+    d: Rows3,
+    sky: SkyRows,
 }
 
 /// What stands side by side.
@@ -83,7 +93,9 @@ impl Batch {
             level: world.level(),
             lanes: Vec::new(),
             alive: Vec::new(),
+            hits: Vec::new(),
             rows: Default::default(),
+            escaped: Default::default(),
         })
     }
 
@@ -168,14 +180,18 @@ impl Batch {
     fn bounce<R: Record>(&mut self, world: &World, paths: &mut [u32], sampler: &mut Sampler, record: &mut R) -> usize {
         let mut alive = 0u64;
         self.rows.iter_mut().for_each(|rows| rows.lanes.clear());
+        self.escaped.lanes.clear();
+        self.hits.clear();
+        let hit = |&lane: &u32| record::intersect(world, &self.lanes[lane as usize].walk.ray, record);
+        self.hits.extend(paths.iter().map(hit));
         for (k, &lane) in paths.iter().enumerate() {
             let Lane { walk, wavelengths, place, .. } = &mut self.lanes[lane as usize];
-            let Some(hit) = record::intersect(world, &walk.ray, record) else {
-                self.path.escape(world, walk, wavelengths, record);
+            let Some(hit) = self.hits[k] else {
+                self.escaped.place(lane, walk);
                 record.path(walk.depth);
                 continue;
             };
-            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, wavelengths) {
+            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, &walk.ray, wavelengths) {
                 if walk.depth == self.path.max_depth {
                     record.path(walk.depth);
                     continue;
@@ -202,6 +218,9 @@ impl Batch {
                 record.path(walk.depth);
             }
         }
+        if !self.escaped.lanes.is_empty() {
+            self.escaped.see(self.path, (world, self.level), &mut self.lanes, record);
+        }
         let [matte, metal] = &mut self.rows;
         if !matte.lanes.is_empty() {
             alive |= matte.scatter::<_, false>((world, self.level), paths, &mut self.lanes, sampler, record);
@@ -217,6 +236,31 @@ impl Batch {
             }
         }
         kept
+    }
+}
+
+impl Escaped {
+    /// Puts a path that leaves the scene into the next place.
+    #[inline]
+    fn place(&mut self, lane: u32, walk: &Walk) {
+        self.d.set(self.lanes.len(), walk.ray.d);
+        self.lanes.push(lane);
+    }
+
+    /// Adds the light of infinite lights.
+    fn see<R: Record>(&mut self, path: Path, (world, level): (&World, Level), lanes: &mut [Lane], record: &mut R) {
+        for &light in world.infinite_lights() {
+            let together = world.look_at_sky(level, light, &self.d, self.lanes.len(), &mut self.sky);
+            for (i, &lane) in self.lanes.iter().enumerate() {
+                let Lane { walk, wavelengths, .. } = &mut lanes[lane as usize];
+                if together {
+                    let pdf = |c: &LightContext| world.sky_pdf_at(c, light, &self.sky, i);
+                    path.add_sky(walk, light, world.sky_at(light, &self.sky, i, wavelengths), pdf, record);
+                } else {
+                    path.see(world, walk, light, wavelengths, record);
+                }
+            }
+        }
     }
 }
 
@@ -256,7 +300,8 @@ impl Rows {
         self.places.extend(self.lanes.iter().map(|&k| lanes[of(k)].place));
         sampler.rows(level, &self.places, &[0, 1, 4, 6], &mut self.numbers);
         self.contexts.clear();
-        self.contexts.extend((0..n).map(|i| self.points.light_context(i)));
+        let time = |i: usize| lanes[of(self.lanes[i])].walk.ray.time;
+        self.contexts.extend((0..n).map(|i| self.points.light_context(i, time(i))));
         let [u_light, u_point, ..] = &self.numbers;
         let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
         let points = (self.contexts.as_slice(), &self.points);
@@ -271,7 +316,7 @@ impl Rows {
             let ray = if self.lights.infinite.0[i] != 0 {
                 Ray::new(o, self.lights.wi.vec(i), time)
             } else {
-                Ray { o, d: self.shadow_d.vec(i), t_max: 1.0f32.next_down(), time }
+                Ray { o, d: self.shadow_d.vec(i), t_max: Ray::MOST_OF_THE_WAY, time }
             };
             record.ray(RayKind::Shadow);
             if !record::occluded(world, &ray, record) {

@@ -236,33 +236,56 @@ impl Path {
     /// Adds the light of infinite lights to a path that leaves the scene.
     #[inline]
     pub(crate) fn escape<R: Record>(&self, world: &World, walk: &mut Walk, wavelengths: &Wavelengths, record: &mut R) {
-        let Walk { ray, beta, p_lobe, depth, previous, .. } = *walk;
-        if self.hide_lights && depth == 0 {
+        for &light in world.infinite_lights() {
+            self.see(world, walk, light, wavelengths, record);
+        }
+    }
+
+    /// Adds the light of one of them.
+    #[inline]
+    pub(crate) fn see<R: Record>(
+        &self,
+        world: &World,
+        walk: &mut Walk,
+        light: u32,
+        wavelengths: &Wavelengths,
+        record: &mut R,
+    ) {
+        let d = walk.ray.d;
+        let emitted = world.environment(light, &walk.ray, wavelengths);
+        self.add_sky(walk, light, emitted, |c| world.light_pdf(c, light, d, None), record);
+    }
+
+    /// Adds what an infinite light emits against the ray, weighted against light sampling with density `p_light` at the previous vertex.
+    #[inline]
+    pub(crate) fn add_sky<R: Record>(
+        &self,
+        walk: &mut Walk,
+        light: u32,
+        emitted: Lanes,
+        p_light: impl FnOnce(&LightContext) -> f32,
+        record: &mut R,
+    ) {
+        if emitted.is_black() || (self.hide_lights && walk.depth == 0) {
             return;
         }
-        for &light in world.infinite_lights() {
-            let emitted = world.environment(light, &ray, wavelengths);
-            if emitted.is_black() {
-                continue;
-            }
-            let p_light = previous.as_ref().map_or(0.0, |c| world.light_pdf(c, light, ray.d, None));
-            let weight = if previous.is_some() { power_weight(p_lobe, p_light) } else { 1.0 };
-            let value = beta * emitted * weight;
-            walk.radiance += value;
-            if R::LIGHT {
-                record.contribution(Contribution {
-                    depth,
-                    technique: Technique::Hit,
-                    light: Some(light),
-                    direction: ray.d,
-                    end: None,
-                    pdf: p_lobe,
-                    other_pdf: p_light,
-                    weight,
-                    value,
-                    occluded: false,
-                });
-            }
+        let p_light = walk.previous.as_ref().map_or(0.0, p_light);
+        let weight = if walk.previous.is_some() { power_weight(walk.p_lobe, p_light) } else { 1.0 };
+        let value = walk.beta * emitted * weight;
+        walk.radiance += value;
+        if R::LIGHT {
+            record.contribution(Contribution {
+                depth: walk.depth,
+                technique: Technique::Hit,
+                light: Some(light),
+                direction: walk.ray.d,
+                end: None,
+                pdf: walk.p_lobe,
+                other_pdf: p_light,
+                weight,
+                value,
+                occluded: false,
+            });
         }
     }
 }

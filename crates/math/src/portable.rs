@@ -76,6 +76,7 @@ pub fn tan(x: f32) -> f32 {
     s / c
 }
 
+#[inline(always)]
 fn atan_f64(x: f64) -> f64 {
     let a = x.abs();
     // Reduce to |r| <= tan(pi / 8).
@@ -97,13 +98,13 @@ fn atan_f64(x: f64) -> f64 {
 }
 
 /// Arc tangent, in `[-pi/2, pi/2]`.
-#[inline]
+#[inline(always)]
 pub fn atan(x: f32) -> f32 {
     atan_f64(f64::from(x)) as f32
 }
 
 /// The angle of the point `(x, y)`, in `[-pi, pi]`; zero at the origin.
-#[inline]
+#[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     let (y, x) = (f64::from(y), f64::from(x));
     if y == 0.0 {

@@ -20,13 +20,13 @@ pub const SQRT_2: f32 = std::f32::consts::SQRT_2;
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// Linear interpolation, exact at both ends.
-#[inline]
+#[inline(always)]
 pub fn lerp(t: f32, a: f32, b: f32) -> f32 {
     (1.0 - t) * a + t * b
 }
 
 /// `x * x`.
-#[inline]
+#[inline(always)]
 pub fn sqr(x: f32) -> f32 {
     x * x
 }
@@ -69,7 +69,7 @@ pub fn difference_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
 }
 
 /// `a * b + c * d`, computed in double precision.
-#[inline]
+#[inline(always)]
 pub fn sum_of_products(a: f32, b: f32, c: f32, d: f32) -> f32 {
     (f64::from(a) * f64::from(b) + f64::from(c) * f64::from(d)) as f32
 }

@@ -44,5 +44,5 @@ pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, Spect
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,
     LightContext, LightEnd, LightPoint, LightRows, LightSample, MediumPoint, MediumRay, MeshPoint, PlainLobe,
-    PlainSurfaces, PointRows, Reception, Shading, Surface, TextureContext, World,
+    PlainSurfaces, PointRows, Reception, Shading, SkyRows, Surface, TextureContext, World,
 };

@@ -4,14 +4,15 @@ use crate::bidirectional::rough_room;
 use crate::scenes::*;
 use crate::techniques::room;
 use steradian_geometry::TriangleMesh;
-use steradian_image::{Filter, FilterKind};
+use steradian_image::{Encoding, Filter, FilterKind, Lookup, Storage, Texels, Wrap};
 use steradian_integrator::Scratch;
 use steradian_integrator::record::Counters;
 use steradian_math::{Normal3, Point3, Transform, Vec2, Vec3};
 use steradian_render::PixelSampler;
 use steradian_sampling::{Sampler, SamplerKind};
 use steradian_scene::{
-    Instance, Light, LightSelection, Metal, Object, Primitive, Roughness, Scattering, Scene, Shape, Texture, World,
+    EnvironmentMapping, FloatTexture, Handle, ImageMap, Instance, Light, LightSelection, Mapping2, Metal, Object,
+    Primitive, Roughness, Scattering, Scene, Shape, SpectrumTexture, Texture, TextureImage, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 
@@ -53,6 +54,62 @@ fn hills(s: &mut Scene, reverse: bool) {
     s.primitives.push(Primitive { reverse_orientation: reverse, ..p });
 }
 
+fn turned(degrees: f32) -> Transform {
+    Transform::rotate(degrees, Vec3::new(1.0, 0.0, 0.0)).expect("an axis")
+}
+
+/// A picture of 6 x 5 texels with black ones, some channels of them alpha.
+fn picture(s: &mut Scene, channels: usize, storage: fn(Vec<u8>) -> Storage, lookup: Lookup) -> Handle<TextureImage> {
+    let codes = (0..30 * channels).map(|i| if i / channels % 7 == 3 { 0 } else { (i * 37 % 251) as u8 }).collect();
+    s.images.push(TextureImage {
+        name: "a picture".into(),
+        texels: Texels::new(6, 5, channels, storage(codes), Encoding::Srgb).expect("texels"),
+        lookup,
+        wrap: [Wrap::Repeat, Wrap::Mirror],
+        color_space: [ColorSpace::Srgb, ColorSpace::Rec2020][channels % 2],
+    })
+}
+
+fn floats(codes: Vec<u8>) -> Storage {
+    Storage::F32(codes.into_iter().map(|c| f32::from(c) / 200.0).collect())
+}
+
+/// Walls under pictures, one of them metal whose roughness is a picture, looked up in one way or another.
+fn papered(mut s: Scene, lookups: [Lookup; 2]) -> Scene {
+    let mappings = [
+        Mapping2::Uv { su: 3.0, sv: 2.0, du: 0.1, dv: 0.4 },
+        Mapping2::Spherical { texture_from_world: turned(35.0) },
+        Mapping2::Affine { set: 0, rows: [[2.0, 0.5, 0.0], [-0.5, 1.0, 0.3]] },
+    ];
+    for (i, mapping) in mappings.into_iter().enumerate() {
+        let storage = [Storage::U8, floats][i % 2];
+        let image = picture(&mut s, [3, 4, 1][i], storage, lookups[i % 2]);
+        let map = ImageMap { mapping, image, scale: 1.1, invert: i == 2 };
+        let rough = s.float_textures.push(FloatTexture(Texture::Image(map.clone())));
+        let kind = Texture::Image(map);
+        let painted = s.spectrum_textures.push(SpectrumTexture { usage: SpectrumUse::Albedo, kind });
+        let roughness = Roughness { u: rough, v: rough, remap: i % 2 == 0 };
+        let metal = Scattering::Conductor { metal: Metal::Reflectance(painted), roughness };
+        let both = [Scattering::Diffuse { reflectance: painted }, metal];
+        let [matte, metal] = both.map(|scattering| material(&mut s, scattering));
+        s.primitives[i].material = matte;
+        if i < 2 {
+            s.primitives[3 + i].material = metal;
+        }
+    }
+    s
+}
+
+/// A box without its lid and its lamp under a sky.
+fn under_a_sky(mut s: Scene, mapping: EnvironmentMapping, storage: fn(Vec<u8>) -> Storage, channels: usize) -> Scene {
+    let image = picture(&mut s, channels, storage, Lookup::Bilinear);
+    let world_from_light = turned(-70.0);
+    s.lights.push(Light::ImageInfinite { world_from_light, image, mapping, scale: 0.01 });
+    s.primitives.remove(5);
+    s.primitives.remove(1);
+    s
+}
+
 /// Scenes of many kinds, by name.
 fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> {
     let base = |selection| cornell(SIZE, 16, color, sampler, selection);
@@ -80,10 +137,10 @@ fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> 
     quads(&mut s, [0.0; 3], 0.0, (0..9).map(|i| [-0.9 + 0.2 * i as f32, 0.7, -0.3]));
     all.push(("hills and black", s));
     let mut s = box_();
-    let colors = s.spectrum_textures.push(steradian_scene::SpectrumTexture {
+    let colors = s.spectrum_textures.push(SpectrumTexture {
         usage: SpectrumUse::Albedo,
         kind: Texture::Bilerp {
-            mapping: steradian_scene::Mapping2::Uv { su: 1.0, sv: 1.0, du: 0.0, dv: 0.0 },
+            mapping: Mapping2::Uv { su: 1.0, sv: 1.0, du: 0.0, dv: 0.0 },
             corners: [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.5, 0.5, 0.5]]
                 .map(|rgb| Spectrum::rgb_albedo(ColorSpace::Srgb, rgb)),
         },
@@ -127,6 +184,18 @@ fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> 
     s.primitives.last_mut().expect("a ball").material = glass;
     s.settings.integrator.regularize = true;
     all.push(("a lens, dispersion, regularised", s));
+    all.push(("papered", papered(box_(), [Lookup::Between, Lookup::Bilinear])));
+    all.push(("papered, filtered", papered(box_(), [Lookup::Trilinear, Lookup::Ewa { max_anisotropy: 8.0 }])));
+    use EnvironmentMapping::{EqualArea, LatLong};
+    all.push(("under a sky", under_a_sky(box_(), EqualArea, floats, 3)));
+    all.push(("under a globe", under_a_sky(box_(), LatLong, Storage::U8, 1)));
+    let mut s = under_a_sky(papered(box_(), [Lookup::Between; 2]), LatLong, floats, 3);
+    quads(&mut s, [0.5; 3], 3.0, (0..3).map(|i| [-0.9 + 0.4 * i as f32, 0.5, 0.2]));
+    let ball = s.primitives.len() - 5;
+    let lamp = s.primitives[ball].clone();
+    s.primitives.insert(1, lamp.clone());
+    s.primitives.insert(5, lamp);
+    all.push(("two skies and lamps", under_a_sky(s, EqualArea, Storage::U8, 4)));
     all
 }
 

@@ -39,9 +39,21 @@ fn guide_len(n: usize) -> usize {
 /// [`find_interval`] with the help of a guide, which must have been filled from this `cdf`.
 #[inline]
 fn find_guided(cdf: &[f32], guide: &[u32], u: f32) -> usize {
+    find_between(cdf, guided(guide, u), u)
+}
+
+/// The first and the last interval that `u` may lie in.
+#[inline]
+fn guided(guide: &[u32], u: f32) -> [u32; 2] {
     let last = guide.len() - 1;
     let k = ((u * last as f32) as usize).min(last - 1);
-    let (low, high) = (guide[k] as usize, guide[k + 1] as usize);
+    [guide[k], guide[k + 1]]
+}
+
+/// [`find_interval`] where to look first.
+#[inline]
+fn find_between(cdf: &[f32], [low, high]: [u32; 2], u: f32) -> usize {
+    let (low, high) = (low as usize, high as usize);
     let found = low + cdf[low + 1..=high + 1].partition_point(|&c| c <= u);
     // Rounding may have led to the neighbour.
     let fits = cdf[low] <= u && (found <= high || high + 2 == cdf.len());

@@ -1,8 +1,8 @@
 //! A piecewise constant density on the unit square: rows are chosen by the marginal, then a point by the row's own density.
 
 use super::piecewise_1d::fill_cdf;
-use super::{Piecewise1D, fill_guide, find_guided, guide_len, is_density};
-use steradian_math::{ONE_MINUS_EPSILON, lerp};
+use super::{Piecewise1D, fill_guide, find_between, guide_len, guided, is_density};
+use steradian_math::{ONE_MINUS_EPSILON, ROW, Row, lerp};
 
 /// Density proportional to `values[y * nx + x]` on the cells of a grid over the unit square; uniform if all are zero.
 ///
@@ -57,28 +57,48 @@ impl Piecewise2D {
     #[inline]
     pub fn sample_cell(&self, u: [f32; 2]) -> ([usize; 2], [f32; 2]) {
         let row = self.marginal.sample_discrete(u[1]);
-        let (column, x) = self.sample_column(row.index, u[0]);
-        ([column, row.index], [x, row.remapped])
+        let cdf = self.row_cdf(row.index);
+        let column = find_between(cdf, guided(self.row_guide(row.index), u[0]), u[0]);
+        ([column, row.index], [inside(cdf, column, u[0]), row.remapped])
     }
 
     /// A point with density proportional to the values, and that density with respect to area.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
         let row = self.marginal.sample(u[1]);
-        let (column, inside) = self.sample_column(row.index, u[0]);
-        let x = ((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON);
+        let cell = guided(self.row_guide(row.index), u[0]);
+        let (x, column) = self.column(row.index, cell, u[0]);
         ([x, row.x.min(ONE_MINUS_EPSILON)], self.cell_pdf(column, row.index))
     }
 
-    /// A column of a row, and the place between its sides.
+    /// [`Piecewise2D::sample`] for the first `n` pairs of a row, which become points: step by step, so that their waits for memory
+    /// overlap.
+    pub fn sample_rows(&self, u: &mut [Row; 2], pdf: &mut Row, n: usize) {
+        let n = n.min(ROW);
+        let [ux, uy] = u;
+        let (mut rows, mut cells) = ([0u32; ROW], [[0u32; 2]; ROW]);
+        for i in 0..n {
+            let row = self.marginal.sample(uy.0[i]);
+            rows[i] = row.index as u32;
+            uy.0[i] = row.x.min(ONE_MINUS_EPSILON);
+        }
+        for i in 0..n {
+            cells[i] = guided(self.row_guide(rows[i] as usize), ux.0[i]);
+        }
+        for i in 0..n {
+            let row = rows[i] as usize;
+            let (x, column) = self.column(row, cells[i], ux.0[i]);
+            ux.0[i] = x;
+            pdf.0[i] = self.cell_pdf(column, row);
+        }
+    }
+
+    /// The point of a row for a random number that lies between two cells, and its cell.
     #[inline]
-    fn sample_column(&self, row: usize, u: f32) -> (usize, f32) {
+    fn column(&self, row: usize, between: [u32; 2], u: f32) -> (f32, usize) {
         let cdf = self.row_cdf(row);
-        let n = guide_len(self.nx);
-        let column = find_guided(cdf, &self.row_guides[row * n..(row + 1) * n], u);
-        let (low, high) = (cdf[column], cdf[column + 1]);
-        let inside = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
-        (column, inside)
+        let column = find_between(cdf, between, u);
+        (((column as f32 + inside(cdf, column, u)) / self.nx as f32).min(ONE_MINUS_EPSILON), column)
     }
 
     /// Density at `p` with respect to area; zero outside the square.
@@ -112,9 +132,22 @@ impl Piecewise2D {
     }
 
     #[inline]
+    fn row_guide(&self, y: usize) -> &[u32] {
+        let n = guide_len(self.nx);
+        &self.row_guides[y * n..(y + 1) * n]
+    }
+
+    #[inline]
     fn row_cdf(&self, y: usize) -> &[f32] {
         &self.row_cdfs[y * (self.nx + 1)..(y + 1) * (self.nx + 1)]
     }
+}
+
+/// How far a random number is on its way through a cell of its row.
+#[inline]
+fn inside(cdf: &[f32], column: usize, u: f32) -> f32 {
+    let (low, high) = (cdf[column], cdf[column + 1]);
+    if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 }
 }
 
 #[cfg(test)]

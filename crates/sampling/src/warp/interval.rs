@@ -3,7 +3,7 @@
 use steradian_math::{ONE_MINUS_EPSILON, SQRT_2, TAU, exp, lerp, ln, sin_cos, smoothstep};
 
 /// Number in `[0, 1)` with density proportional to the line from `a` (at 0) to `b` (at 1); both at least zero, not both zero.
-#[inline]
+#[inline(always)]
 pub fn unit_to_linear(u: f32, a: f32, b: f32) -> f32 {
     if u == 0.0 && a == 0.0 {
         return 0.0;
@@ -170,16 +170,17 @@ pub fn smooth_step_to_unit(x: f32, a: f32, b: f32) -> f32 {
 
 /// Point of the unit square with density proportional to the bilinear interpolant of the corner values
 /// `w` at (0,0), (1,0), (0,1), (1,1).
-#[inline]
+#[inline(always)]
 pub fn square_to_bilinear(u: [f32; 2], w: [f32; 4]) -> [f32; 2] {
     let y = unit_to_linear(u[1], w[0] + w[1], w[2] + w[3]);
     [unit_to_linear(u[0], lerp(y, w[0], w[2]), lerp(y, w[1], w[3])), y]
 }
 
 /// Density of [`square_to_bilinear`]; uniform if all corners are zero.
-#[inline]
+#[inline(always)]
 pub fn square_to_bilinear_pdf(p: [f32; 2], w: [f32; 4]) -> f32 {
-    if !p.iter().all(|x| (0.0..=1.0).contains(x)) {
+    let inside = (0.0..=1.0).contains(&p[0]) & (0.0..=1.0).contains(&p[1]);
+    if !inside {
         return 0.0;
     }
     let sum = w[0] + w[1] + w[2] + w[3];

@@ -5,7 +5,7 @@ use super::disk::turn;
 use steradian_math::{FRAC_PI_2, FRAC_PI_4, INV_4PI, PI, TAU, Vec3, acos, atan, safe_sqrt, sin_cos};
 
 /// Direction of a point of the unit square under the equal-area octahedral map; the centre is `+z`, the corners are `-z`.
-#[inline]
+#[inline(always)]
 pub fn square_to_octahedral(p: [f32; 2]) -> Vec3 {
     let (u, v) = (2.0 * p[0] - 1.0, 2.0 * p[1] - 1.0);
     let (au, av) = (u.abs(), v.abs());
@@ -26,7 +26,7 @@ pub fn square_to_octahedral_pdf(_w: Vec3) -> f32 {
 }
 
 /// Inverse of [`square_to_octahedral`]; `w` has unit length.
-#[inline]
+#[inline(always)]
 pub fn octahedral_to_square(w: Vec3) -> [f32; 2] {
     let (x, y) = (w.x.abs(), w.y.abs());
     let r = safe_sqrt(1.0 - w.z.abs());

@@ -4,8 +4,10 @@ mod build;
 mod camera;
 mod displacement;
 mod group;
+mod lamp_rows;
 mod lens;
 mod light;
+mod looks_at;
 mod medium;
 mod noise;
 mod plastic;
@@ -18,11 +20,12 @@ mod texture;
 mod view;
 
 pub use camera::{CameraModel, CameraSample, DIFFERENTIAL_SCALE};
-pub use light::{Emission, LightContext, LightEnd, LightPoint, LightSample};
+pub use lamp_rows::LightRows;
+pub use light::{Emission, LightContext, LightEnd, LightPoint, LightSample, SkyRows};
 pub(crate) use light::{mean_intensity, projected_luminance};
 pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use reception::Reception;
-pub use rows::{LightRows, PlainLobe, PlainSurfaces, PointRows};
+pub use rows::{PlainLobe, PlainSurfaces, PointRows};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::{MeshPoint, TextureContext};
@@ -42,6 +45,8 @@ use surface::HitShape;
 pub(crate) struct WorldInstance {
     group: u32,
     world_from_object: AnimatedTransform,
+    /// The number of the first light of its own, which those of the group's primitives add to.
+    first_light: u32,
 }
 
 /// A camera ray with the rays of its neighbours, where textures care.

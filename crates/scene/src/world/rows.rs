@@ -1,18 +1,18 @@
-//! Plain surfaces and lamps side by side: what many paths ask of them in one step, with the bits that each path alone would have got.
+//! Plain surfaces side by side: what many paths ask of them in one step, with the bits that each path alone would have got.
 //!
-//! Plain is what most of most scenes is made of: triangles of one matte colour that do not shine, and triangles that do, seen from some
-//! way off. Everything else is left to the functions for one path.
+//! Plain is what most of most scenes is made of: matte and rough metallic triangles that do not shine. Everything else is left to the
+//! functions for one path, and so are textures, which are looked up path by path.
 
-use super::light::{EmitterShape, LightContext, LightSample, PickRows};
+use super::light::LightContext;
+use super::looks_at::LooksAt;
 use super::surface::{Hit, HitShape};
-use super::{CameraRay, CameraSample, TextureContext, World};
-use crate::{Handle, Material, Metal, Scattering, SpectrumTexture, Texture};
+use super::{CameraRay, CameraSample, MeshPoint, TextureContext, World};
+use crate::{Handle, Material, Metal, Scattering, SpectrumTexture};
 use steradian_bsdf::{Diffuse, RoughConductor};
 use steradian_bvh::fearless_simd::{Level, dispatch};
-use steradian_geometry::{PreparedTriangle, Reference, Triangle};
-use steradian_math::{Frame, ONE_MINUS_EPSILON, Point2, Ray, Row, Rows3, Vec3, offset_ray_origin, row_end};
-use steradian_sampling::warp::square_to_uniform_triangle;
-use steradian_spectrum::{LaneRows, Wavelengths};
+use steradian_geometry::{Reference, Triangle};
+use steradian_math::{Frame, Point2, Ray, Row, Rows3, Vec3, row_end};
+use steradian_spectrum::Wavelengths;
 
 /// For each primitive of the world that is plain, how it scatters.
 #[derive(Clone, Debug, Default)]
@@ -21,14 +21,15 @@ pub struct PlainSurfaces(Vec<Option<Plain>>);
 #[derive(Clone, Copy, Debug)]
 struct Plain {
     material: Handle<Material>,
-    /// The reading in RGB mode.
-    rgb: PlainLobe,
+    looks_at: LooksAt,
+    /// The reading in RGB mode of what is the same everywhere.
+    rgb: Option<PlainLobe>,
 }
 
 /// How a plain surface scatters.
 #[derive(Clone, Copy, Debug)]
 pub enum PlainLobe {
-    /// Of one albedo, which is not black.
+    /// Of an albedo, which is not black.
     Diffuse(Diffuse),
     /// A rough metal.
     Metal(RoughConductor),
@@ -56,37 +57,9 @@ pub struct PointRows {
     pub wo: Rows3,
 }
 
-/// Samples of lights.
-#[derive(Clone, Debug, Default)]
-pub struct LightRows {
-    corners: [Rows3; 3],
-    n: Rows3,
-    p_error: Rows3,
-    inv_area: Row,
-    u: [Row; 2],
-    probability: Row,
-    two_sided: Row<u32>,
-    picks: PickRows,
-    far: Vec<(usize, LightSample)>,
-    /// Whether there is any light.
-    pub lit: Row<u32>,
-    /// See [`LightSample`].
-    pub radiance: LaneRows,
-    /// Unit direction to the light.
-    pub wi: Rows3,
-    /// The end of the shadow ray; without meaning if `infinite`.
-    pub end: Rows3,
-    /// Density per solid angle times the probability of the light.
-    pub pdf: Row,
-    /// Whether the light cannot be hit by chance.
-    pub is_delta: Row<u32>,
-    /// Whether the shadow ray has no end.
-    pub infinite: Row<u32>,
-}
-
 /// One of two, without a branch.
 #[inline(always)]
-fn either(first: bool, a: Vec3, b: Vec3) -> Vec3 {
+pub(super) fn either(first: bool, a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(if first { a.x } else { b.x }, if first { a.y } else { b.y }, if first { a.z } else { b.z })
 }
 
@@ -98,12 +71,12 @@ impl PointRows {
         Frame { x: x.vec(i), y: y.vec(i), z: z.vec(i) }
     }
 
-    /// The point at a place, as light sampling wants it beside lobes.
+    /// The point at a place at a time, as light sampling wants it beside lobes.
     #[inline]
-    pub fn light_context(&self, i: usize) -> LightContext {
+    pub fn light_context(&self, i: usize, time: f32) -> LightContext {
         let (p, p_error) = (self.p.point(i), self.p_error.vec(i));
-        LightContext::of_reference(Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) })
-            .beside_lobes()
+        let reference = Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) };
+        LightContext::of_reference(reference, time).beside_lobes()
     }
 
     /// Works out the first `n` places.
@@ -135,26 +108,6 @@ fn interact(rows: &mut PointRows, n: usize) {
         rows.frame[1].set(i, frame.y);
         rows.frame[2].set(i, frame.z);
         rows.wo.set(i, frame.to_local(-rows.d.vec(i)));
-    }
-}
-
-/// Points on lamps, and their densities, as `PreparedTriangle` and `World::sample_light` have them.
-#[inline(always)]
-fn illuminate(rows: &mut LightRows, from: &Rows3, n: usize) {
-    for i in 0..row_end(n) {
-        let [b0, b1, b2] = square_to_uniform_triangle([rows.u[0].0[i], rows.u[1].0[i]]);
-        let [q0, q1, q2] = [rows.corners[0].point(i), rows.corners[1].point(i), rows.corners[2].point(i)];
-        let p = q0 * b0 + q1 * b1 + q2 * b2;
-        let n = rows.n.normal(i);
-        let d = p - from.point(i);
-        let pdf = PreparedTriangle::density(rows.inv_area.0[i], n, d);
-        let wi = d * (1.0 / d.length());
-        let behind = n.dot(-wi) <= 0.0;
-        let lit = (pdf > 0.0) & (pdf < f32::INFINITY) & ((rows.two_sided.0[i] != 0) | !behind);
-        rows.lit.0[i] &= u32::from(lit);
-        rows.wi.set(i, wi);
-        rows.end.set(i, offset_ray_origin(p, rows.p_error.vec(i), n, -wi));
-        rows.pdf.0[i] = pdf * rows.probability.0[i];
     }
 }
 
@@ -194,52 +147,68 @@ impl World {
             if !(dark && record.is_mesh && record.isotropic) {
                 return None;
             }
-            let (spectra, floats) = (&self.scene.spectrum_textures, &self.scene.float_textures);
-            let even = |t: Handle<SpectrumTexture>| matches!(spectra[t].kind, Texture::Constant(_));
-            let plain = match &self.scene.materials[record.material].scattering {
-                Scattering::Diffuse { reflectance } => even(*reflectance),
+            let material = &self.scene.materials[record.material].scattering;
+            let of = |t: Handle<SpectrumTexture>| self.scene.spectrum_looks_at(t);
+            let looks_at = match material {
+                Scattering::Diffuse { reflectance } => of(*reflectance),
                 Scattering::Conductor { metal, roughness } if !regularize => {
-                    let even_metal = match metal {
-                        Metal::Ior { eta, k } => even(*eta) && even(*k),
-                        Metal::Reflectance(r) => even(*r),
+                    let of_metal = match metal {
+                        Metal::Ior { eta, k } => of(*eta) | of(*k),
+                        Metal::Reflectance(r) => of(*r),
                     };
-                    even_metal && matches!(floats[roughness.u].0, Texture::Constant(_))
+                    of_metal | self.scene.float_looks_at(roughness.u)
                 }
-                _ => false,
+                _ => return None,
             };
-            let rgb = plain.then(|| self.lobe_of(record.material, &Wavelengths::rgb())).flatten()?;
-            Some(Plain { material: record.material, rgb })
+            if looks_at.varies {
+                return Some(Plain { material: record.material, looks_at, rgb: None });
+            }
+            let rgb = self.lobe_of(record.material, &TextureContext::default(), &Wavelengths::rgb())?;
+            Some(Plain { material: record.material, looks_at, rgb: Some(rgb) })
         };
         PlainSurfaces(self.groups[0].primitives.iter().map(lobe).collect())
     }
 
-    /// The lobe of a material that is the same everywhere; `None` for black and for mirrors.
-    fn lobe_of(&self, material: Handle<Material>, w: &Wavelengths) -> Option<PlainLobe> {
-        let anywhere = TextureContext::default();
+    /// The lobe of a material at a point; `None` for black and for mirrors.
+    #[inline]
+    fn lobe_of(&self, material: Handle<Material>, c: &TextureContext, w: &Wavelengths) -> Option<PlainLobe> {
         match &self.scene.materials[material].scattering {
             Scattering::Diffuse { reflectance } => {
-                let albedo = self.spectrum_texture(*reflectance, &anywhere, w).clamp(0.0, 1.0);
+                let albedo = self.spectrum_texture(*reflectance, c, w).clamp(0.0, 1.0);
                 (!albedo.is_black()).then_some(PlainLobe::Diffuse(Diffuse::new(albedo)))
             }
             Scattering::Conductor { metal, roughness } => {
-                let distribution = self.microfacets(roughness, &anywhere);
-                let (eta, k) = self.metal(metal, &anywhere, w);
+                let distribution = self.microfacets(roughness, c);
+                let (eta, k) = self.metal(metal, c, w);
                 (!distribution.is_smooth()).then_some(PlainLobe::Metal(RoughConductor { distribution, eta, k }))
             }
             _ => None,
         }
     }
 
-    /// The lobe at a hit, if that is plain.
+    /// The lobe where a ray has met a surface, if that is plain.
     #[inline]
-    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, w: &Wavelengths) -> Option<PlainLobe> {
-        let HitShape::Triangle { id, .. } = hit.shape else { return None };
+    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, ray: &Ray, w: &Wavelengths) -> Option<PlainLobe> {
+        let HitShape::Triangle { id, b1, b2 } = hit.shape else { return None };
         if hit.group != 0 {
             return None;
         }
         let primitive = self.groups[0].primitive_of_triangle[id as usize];
         let plain = plain.0.get(primitive as usize)?.as_ref()?;
-        if w.is_rgb() { Some(plain.rgb) } else { self.lobe_of(plain.material, w) }
+        if !plain.looks_at.varies {
+            let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
+            return if w.is_rgb() { plain.rgb } else { anywhere() };
+        }
+        let context = if plain.looks_at.place {
+            self.texture_context(&self.surface(ray, hit))
+        } else {
+            let record = &self.groups[0].primitives[primitive as usize];
+            let face = id - record.first_triangle;
+            let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
+            let on_mesh = Some(MeshPoint { mesh: record.mesh, face, b: [b1, b2] });
+            TextureContext { uv: mesh.uv(face as usize, b1, b2), on_mesh, ..TextureContext::default() }
+        };
+        self.lobe_of(plain.material, &context, w)
     }
 
     /// Puts a hit of a plain surface by a ray of direction `d` into a place.
@@ -262,70 +231,5 @@ impl World {
         rows.smooth.0[i] = u32::from(smooth);
         rows.flipped.0[i] = u32::from(mesh.flip && !smooth);
         rows.d.set(i, d);
-    }
-
-    /// Samples light for `contexts`, which are the first places of the points: as [`World::sample_light`].
-    pub fn sample_lights<'a>(
-        &self,
-        level: Level,
-        (contexts, points): (&[LightContext], &PointRows),
-        u: &Row,
-        u2: &[Row; 2],
-        wavelengths: impl Fn(usize) -> &'a Wavelengths,
-        rows: &mut LightRows,
-    ) {
-        rows.far.clear();
-        let together = self.pick_lights(level, (&points.p, &points.frame[2]), &u2[0], contexts.len(), &mut rows.picks);
-        for (i, context) in contexts.iter().enumerate() {
-            rows.lit.0[i] = 0;
-            let pick = if together { rows.picks.pick(i) } else { self.pick_light(context, u2[0].0[i]) };
-            let Some(pick) = pick else { continue };
-            let x = pick.u + u.0[i] * (0.5 * f32::EPSILON) / pick.probability;
-            let u = [x.min(ONE_MINUS_EPSILON), u2[1].0[i]];
-            let w = wavelengths(i);
-            if !self.place_lamp(context, pick.light, w, rows, i) {
-                let sample = self.sample_picked(context, pick.light, pick.probability, u, w);
-                rows.far.extend(sample.map(|s| (i, s)));
-                continue;
-            }
-            (rows.u[0].0[i], rows.u[1].0[i]) = (u[0], u[1]);
-            rows.probability.0[i] = pick.probability;
-        }
-        let n = contexts.len();
-        dispatch!(level, _simd => illuminate(rows, &points.p, n));
-        for k in 0..rows.far.len() {
-            let (i, s) = rows.far[k];
-            rows.lit.0[i] = 1;
-            rows.radiance.set(i, s.radiance);
-            rows.wi.set(i, s.wi);
-            rows.end.set(i, s.end.to_vec());
-            rows.pdf.0[i] = s.pdf;
-            rows.is_delta.0[i] = u32::from(s.is_delta);
-            rows.infinite.0[i] = u32::from(s.distance == f32::INFINITY);
-        }
-    }
-
-    /// Puts a triangle that shines evenly and is far away into a place; `false` if the light is anything else.
-    #[inline]
-    fn place_lamp(&self, context: &LightContext, light: u32, w: &Wavelengths, rows: &mut LightRows, i: usize) -> bool {
-        let Some(emitter) = self.lights.emitters.get(light as usize) else { return false };
-        let (EmitterShape::Triangle(..), Some(triangle)) = (emitter.shape, &emitter.prepared) else { return false };
-        let emission = &self.area_lights[emitter.emission as usize];
-        if emission.image.is_some() || emission.texture.is_some() || !triangle.is_far(context.position()) {
-            return false;
-        }
-        for (row, p) in rows.corners.iter_mut().zip(triangle.corners()) {
-            row.set(i, p);
-        }
-        rows.n.set(i, triangle.normal());
-        rows.p_error.set(i, triangle.p_error());
-        rows.inv_area.0[i] = triangle.inv_area();
-        rows.two_sided.0[i] = u32::from(emission.two_sided);
-        let radiance = emission.radiance.eval(w) * emitter.scale;
-        rows.radiance.set(i, radiance);
-        rows.lit.0[i] = u32::from(!radiance.is_black());
-        rows.is_delta.0[i] = 0;
-        rows.infinite.0[i] = 0;
-        true
     }
 }

@@ -18,10 +18,10 @@ use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 /// An environment map with the tables to sample it.
 #[derive(Clone, Debug)]
 pub(super) struct Environment {
-    image: Handle<TextureImage>,
+    pub(super) image: Handle<TextureImage>,
     scale: f32,
-    mapping: EnvironmentMapping,
-    world_from_light: Transform,
+    pub(super) mapping: EnvironmentMapping,
+    pub(super) world_from_light: Transform,
     /// `None` for a black map.
     density: Option<Density>,
 }
@@ -103,7 +103,17 @@ impl Environment {
         Self { image, scale, mapping, world_from_light, density }
     }
 
-    fn local(&self, d: Vec3) -> Vec3 {
+    /// The density beside lobes of a map that is looked up texel by texel.
+    #[inline]
+    pub(super) fn peaks(&self) -> Option<&Piecewise2D> {
+        match &self.density {
+            Some(Density::Texels { peaks, .. }) => Some(peaks),
+            _ => None,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn local(&self, d: Vec3) -> Vec3 {
         self.world_from_light.inverse_vector(d).normalize()
     }
 
@@ -114,9 +124,9 @@ impl Environment {
         }
     }
 
-    /// The colour seen in direction `d` (world space), before `scale`.
-    fn rgb(&self, texels: &Texels, d: Vec3) -> [f32; 3] {
-        let [u, v] = self.square_of(self.local(d));
+    /// The colour from the direction that a point of the square stands for, before `scale`.
+    #[inline]
+    fn rgb(&self, texels: &Texels, [u, v]: [f32; 2]) -> [f32; 3] {
         let (w, h) = (texels.width(), texels.height());
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         match self.mapping {
@@ -175,8 +185,14 @@ impl Environment {
 
 impl Environment {
     fn lanes(&self, images: &Arena<TextureImage>, d: Vec3, w: &Wavelengths) -> Lanes {
+        self.lanes_at_square(images, self.square_of(self.local(d)), w)
+    }
+
+    /// The radiance from the direction that a point of the square stands for.
+    #[inline]
+    pub(super) fn lanes_at_square(&self, images: &Arena<TextureImage>, square: [f32; 2], w: &Wavelengths) -> Lanes {
         let image = &images[self.image];
-        let rgb = self.rgb(&image.texels, d).map(|v| v.max(0.0));
+        let rgb = self.rgb(&image.texels, square).map(|v| v.max(0.0));
         rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale
     }
 }
