@@ -201,7 +201,7 @@ fn a_tiny_sun_in_a_map_makes_no_fireflies() {
         });
         let world = World::build(scene).unwrap();
         let mut rng = TestRng::new(7);
-        let context = LightContext::of_point(Point3::default());
+        let context = LightContext::of_point(Point3::default(), 0.0);
         let contributions: Vec<f64> = (0..20_000)
             .map(|_| {
                 let s = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w).unwrap();
