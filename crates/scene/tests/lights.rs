@@ -211,7 +211,7 @@ fn a_tiny_sun_in_a_map_makes_no_fireflies() {
         let mean = contributions.iter().sum::<f64>() / contributions.len() as f64;
         let most = contributions.iter().fold(0.0f64, |a, &b| a.max(b));
         // Close to a pole the sine varies within a cell.
-        let pole = y < 2 || y > 29;
+        let pole = !(2..=29).contains(&y);
         assert!(most < mean * if pole { 1.8 } else { 1.2 }, "({x}, {y}): {most} beside a mean of {mean}");
         let deviation = contributions.iter().map(|c| (c / mean - 1.0) * (c / mean - 1.0)).sum::<f64>() / 20_000.0;
         assert!(deviation.sqrt() < if pole { 0.35 } else { 0.1 }, "({x}, {y}): {}", deviation.sqrt());
