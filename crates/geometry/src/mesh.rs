@@ -168,17 +168,28 @@ impl TriangleMesh {
     /// The texture coordinates at the vertices of face `i`.
     #[inline]
     pub fn face_uvs(&self, i: usize) -> [Point2; 3] {
+        self.corner_uvs(self.indices[i])
+    }
+
+    #[inline]
+    fn corner_uvs(&self, corners: [u32; 3]) -> [Point2; 3] {
         if self.uvs.is_empty() {
             [Point2::new(0.0, 0.0), Point2::new(1.0, 0.0), Point2::new(1.0, 1.0)]
         } else {
-            self.indices[i].map(|v| self.uvs[v as usize])
+            corners.map(|v| self.uvs[v as usize])
         }
     }
 
     /// The texture coordinates at barycentric `b1`, `b2` of face `i`.
     #[inline]
     pub fn uv(&self, i: usize, b1: f32, b2: f32) -> Point2 {
-        let uv = self.face_uvs(i);
+        self.uv_between(self.indices[i], b1, b2)
+    }
+
+    /// The texture coordinates at barycentric `b1`, `b2` between three vertices, which are those of a face.
+    #[inline]
+    pub fn uv_between(&self, corners: [u32; 3], b1: f32, b2: f32) -> Point2 {
+        let uv = self.corner_uvs(corners);
         uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
     }
 

@@ -26,6 +26,18 @@ struct Plain {
     rgb: Option<PlainLobe>,
 }
 
+/// A hit of a plain surface.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainHit {
+    primitive: u32,
+    mesh: u32,
+    face: u32,
+    /// Vertices of the mesh.
+    corners: [u32; 3],
+    /// Barycentric coordinates.
+    b: [f32; 2],
+}
+
 /// How a plain surface scatters.
 #[derive(Clone, Copy, Debug)]
 pub enum PlainLobe {
@@ -186,15 +198,33 @@ impl World {
         }
     }
 
-    /// The lobe where a ray has met a surface, if that is plain.
+    /// Which plain triangle has been hit, if it is one: what the look-ups for all hits of a row begin with, so that they wait for memory
+    /// together.
     #[inline]
-    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, ray: &Ray, w: &Wavelengths) -> Option<PlainLobe> {
+    pub fn plain_triangle(&self, plain: &PlainSurfaces, hit: &Hit) -> Option<PlainHit> {
         let HitShape::Triangle { id, b1, b2 } = hit.shape else { return None };
         if hit.group != 0 {
             return None;
         }
-        let primitive = self.groups[0].primitive_of_triangle[id as usize];
-        let plain = plain.0.get(primitive as usize)?.as_ref()?;
+        let group = &self.groups[0];
+        let primitive = group.primitive_of_triangle[id as usize];
+        plain.0.get(primitive as usize)?.as_ref()?;
+        let record = &group.primitives[primitive as usize];
+        let face = id - record.first_triangle;
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
+        Some(PlainHit { primitive, mesh: record.mesh, face, corners: mesh.indices[face as usize], b: [b1, b2] })
+    }
+
+    /// The lobe where a ray has met a plain surface; `None` where it is not so plain after all.
+    #[inline]
+    pub fn plain_lobe(
+        &self,
+        plain: &PlainSurfaces,
+        (at, hit): (&PlainHit, &Hit),
+        ray: &Ray,
+        w: &Wavelengths,
+    ) -> Option<PlainLobe> {
+        let plain = plain.0.get(at.primitive as usize)?.as_ref()?;
         if !plain.looks_at.varies {
             let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
             return if w.is_rgb() { plain.rgb } else { anywhere() };
@@ -202,32 +232,26 @@ impl World {
         let context = if plain.looks_at.place {
             self.texture_context(&self.surface(ray, hit))
         } else {
-            let record = &self.groups[0].primitives[primitive as usize];
-            let face = id - record.first_triangle;
-            let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
-            let on_mesh = Some(MeshPoint { mesh: record.mesh, face, b: [b1, b2] });
-            TextureContext { uv: mesh.uv(face as usize, b1, b2), on_mesh, ..TextureContext::default() }
+            let PlainHit { mesh, face, corners, b, .. } = *at;
+            let uv = self.scene.triangle_meshes[Handle::from_index(mesh as usize)].uv_between(corners, b[0], b[1]);
+            TextureContext { uv, on_mesh: Some(MeshPoint { mesh, face, b }), ..TextureContext::default() }
         };
         self.lobe_of(plain.material, &context, w)
     }
 
     /// Puts a hit of a plain surface by a ray of direction `d` into a place.
     #[inline]
-    pub fn place_hit(&self, hit: &Hit, d: Vec3, rows: &mut PointRows, i: usize) {
-        let HitShape::Triangle { id, b1, b2 } = hit.shape else { return };
-        let group = &self.groups[0];
-        let record = &group.primitives[group.primitive_of_triangle[id as usize] as usize];
-        let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
-        let corners = mesh.indices[(id - record.first_triangle) as usize];
+    pub fn place_hit(&self, at: &PlainHit, d: Vec3, rows: &mut PointRows, i: usize) {
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(at.mesh as usize)];
         let smooth = !mesh.normals.is_empty();
-        for (k, v) in corners.into_iter().enumerate() {
+        for (k, v) in at.corners.into_iter().enumerate() {
             rows.corners[k].set(i, mesh.positions[v as usize]);
             if smooth {
                 rows.normals[k].set(i, mesh.normals[v as usize]);
             }
         }
-        rows.b[0].0[i] = b1;
-        rows.b[1].0[i] = b2;
+        rows.b[0].0[i] = at.b[0];
+        rows.b[1].0[i] = at.b[1];
         rows.smooth.0[i] = u32::from(smooth);
         rows.flipped.0[i] = u32::from(mesh.flip && !smooth);
         rows.d.set(i, d);

@@ -16,6 +16,7 @@ mod point;
 mod portal;
 mod projection;
 mod selection;
+mod side_by_side;
 mod sky_rows;
 mod spot;
 mod tree;
