@@ -197,7 +197,8 @@ impl Batch {
                 continue;
             };
             if let Some(at) = &self.plain_hits[k]
-                && let Some(lobe) = world.plain_lobe(&self.plain, (at, &hit), &walk.ray, wavelengths)
+                && let ray = (&walk.ray, walk.differential.as_ref())
+                && let Some(lobe) = world.plain_lobe(&self.plain, (at, &hit), ray, wavelengths)
             {
                 if walk.depth == self.path.max_depth {
                     record.path(walk.depth);

@@ -7,11 +7,11 @@ use super::light::LightContext;
 use super::looks_at::LooksAt;
 use super::surface::{Hit, HitShape};
 use super::{CameraRay, CameraSample, MeshPoint, TextureContext, World};
-use crate::{Handle, Material, Metal, Scattering, SpectrumTexture};
+use crate::{Handle, Material, Scattering};
 use steradian_bsdf::{Diffuse, RoughConductor};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{Reference, Triangle};
-use steradian_math::{Frame, Point2, Ray, Row, Rows3, Vec3, row_end};
+use steradian_math::{Frame, Point2, Ray, RayDifferential, Row, Rows3, Vec3, row_end};
 use steradian_spectrum::Wavelengths;
 
 /// For each primitive of the world that is plain, how it scatters.
@@ -22,6 +22,8 @@ pub struct PlainSurfaces(Vec<Option<Plain>>);
 struct Plain {
     material: Handle<Material>,
     looks_at: LooksAt,
+    /// Whether it takes all of a surface to look up its textures.
+    whole: bool,
     /// The reading in RGB mode of what is the same everywhere.
     rgb: Option<PlainLobe>,
 }
@@ -151,7 +153,7 @@ impl World {
 
     /// Which surfaces are plain. Metals are not if they may yet be made rougher.
     pub fn plain_surfaces(&self, regularize: bool) -> PlainSurfaces {
-        if self.scene.settings.force_diffuse || self.uses_footprints {
+        if self.scene.settings.force_diffuse {
             return PlainSurfaces::default();
         }
         let lobe = |record: &super::group::PrimitiveRecord| {
@@ -160,23 +162,17 @@ impl World {
                 return None;
             }
             let material = &self.scene.materials[record.material].scattering;
-            let of = |t: Handle<SpectrumTexture>| self.scene.spectrum_looks_at(t);
             let looks_at = match material {
-                Scattering::Diffuse { reflectance } => of(*reflectance),
-                Scattering::Conductor { metal, roughness } if !regularize => {
-                    let of_metal = match metal {
-                        Metal::Ior { eta, k } => of(*eta) | of(*k),
-                        Metal::Reflectance(r) => of(*r),
-                    };
-                    of_metal | self.scene.float_looks_at(roughness.u)
-                }
+                Scattering::Diffuse { .. } => self.scene.scattering_looks_at(material)?,
+                Scattering::Conductor { .. } if !regularize => self.scene.scattering_looks_at(material)?,
                 _ => return None,
             };
             if looks_at.varies {
-                return Some(Plain { material: record.material, looks_at, rgb: None });
+                let whole = looks_at.place || record.footprint;
+                return Some(Plain { material: record.material, looks_at, whole, rgb: None });
             }
             let rgb = self.lobe_of(record.material, &TextureContext::default(), &Wavelengths::rgb())?;
-            Some(Plain { material: record.material, looks_at, rgb: Some(rgb) })
+            Some(Plain { material: record.material, looks_at, whole: false, rgb: Some(rgb) })
         };
         PlainSurfaces(self.groups[0].primitives.iter().map(lobe).collect())
     }
@@ -221,7 +217,7 @@ impl World {
         &self,
         plain: &PlainSurfaces,
         (at, hit): (&PlainHit, &Hit),
-        ray: &Ray,
+        (ray, differential): (&Ray, Option<&RayDifferential>),
         w: &Wavelengths,
     ) -> Option<PlainLobe> {
         let plain = plain.0.get(at.primitive as usize)?.as_ref()?;
@@ -229,8 +225,10 @@ impl World {
             let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
             return if w.is_rgb() { plain.rgb } else { anywhere() };
         }
-        let context = if plain.looks_at.place {
-            self.texture_context(&self.surface(ray, hit))
+        let context = if plain.whole {
+            let mut surface = self.surface(ray, hit);
+            self.measure(&mut surface, ray, differential);
+            self.texture_context(&surface)
         } else {
             let PlainHit { mesh, face, corners, b, .. } = *at;
             let uv = self.scene.triangle_meshes[Handle::from_index(mesh as usize)].uv_between(corners, b[0], b[1]);

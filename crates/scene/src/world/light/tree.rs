@@ -7,7 +7,7 @@
 use super::bounds::{LightBounds, Prepared};
 use super::selection::Pick;
 use super::side_by_side::{Many, SideBySide};
-use steradian_bvh::fearless_simd::{Simd, SimdBase, f32x8};
+use steradian_bvh::fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3, ROW, Row, Rows3, Vec3};
 
 /// Children of a node, and as many as are worked on side by side; half of them where there are no wide vectors.
@@ -163,20 +163,46 @@ struct Choice {
     rest: f32,
 }
 
+impl Choice {
+    #[inline(always)]
+    fn new(importances: &Eight, child: usize, left: f32) -> Self {
+        let importance = importances[child];
+        // Rounding may leave more than there is.
+        Self { child, importance, rest: (left / importance).clamp(0.0, ONE_MINUS_EPSILON) }
+    }
+}
+
 /// The child that a number between zero and the sum of all importances falls on.
 #[inline(always)]
 fn choose(importances: &Eight, mut left: f32) -> Choice {
-    // Without branches, which nobody could foretell.
-    let (mut child, mut importance, mut found) = (0, importances[0], false);
-    for (c, &v) in importances.iter().enumerate() {
-        let reached = !found & (v > 0.0);
-        child = if reached { c } else { child };
-        importance = if reached { v } else { importance };
-        found |= reached & (left < v);
-        left = if reached & !found { left - v } else { left };
+    let mut child = 0;
+    for (i, &importance) in importances.iter().enumerate() {
+        if importance > 0.0 {
+            child = i;
+            if left < importance {
+                break;
+            }
+            left -= importance;
+        }
     }
-    // Rounding may leave more than there is.
-    Choice { child, importance, rest: (left / importance).clamp(0.0, ONE_MINUS_EPSILON) }
+    Choice::new(importances, child, left)
+}
+
+/// The same without branches that nobody could foretell.
+#[inline(always)]
+fn choose_by<S: Simd>(simd: S, importances: &Eight, left: f32) -> Choice {
+    // What is left at each child, if it is none before.
+    let mut lefts = [left; WIDTH];
+    for i in 1..WIDTH {
+        lefts[i] = lefts[i - 1] - importances[i - 1];
+    }
+    let [lefts_, importances_] = [&lefts, importances].map(|v| f32x8::load_array_ref(simd, v));
+    let reached = lefts_.simd_lt(importances_).to_bitmask();
+    if reached == 0 {
+        return choose(importances, left);
+    }
+    let child = reached.trailing_zeros() as usize & (WIDTH - 1);
+    Choice::new(importances, child, lefts[child])
 }
 
 /// The tree over the bounds of lights.
@@ -278,7 +304,7 @@ impl LightTree {
                 let node = &self.nodes[out.light.0[i] as usize];
                 let importances = node.importances_by(simd, p.point(i), n.normal(i));
                 let total = sum(&importances);
-                let Choice { child, importance, rest } = choose(&importances, out.u.0[i] * total);
+                let Choice { child, importance, rest } = choose_by(simd, &importances, out.u.0[i] * total);
                 let child = node.child[child];
                 let none = total <= 0.0;
                 out.none.0[i] = u32::from(none);
