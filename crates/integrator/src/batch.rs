@@ -308,7 +308,8 @@ impl Rows {
         self.places.extend(self.lanes.iter().map(|&k| lanes[of(k)].place));
         sampler.rows(level, &self.places, &[0, 1, 4, 6], &mut self.numbers);
         self.contexts.clear();
-        self.contexts.extend((0..n).map(|i| self.points.light_context(i)));
+        let time = |i: usize| lanes[of(self.lanes[i])].walk.ray.time;
+        self.contexts.extend((0..n).map(|i| self.points.light_context(i, time(i))));
         let [u_light, u_point, ..] = &self.numbers;
         let wavelengths = |i: usize| &lanes[of(self.lanes[i])].wavelengths;
         let points = (self.contexts.as_slice(), &self.points);
@@ -323,7 +324,7 @@ impl Rows {
             let ray = if self.lights.infinite.0[i] != 0 {
                 Ray::new(o, self.lights.wi.vec(i), time)
             } else {
-                Ray { o, d: self.shadow_d.vec(i), t_max: 1.0f32.next_down(), time }
+                Ray { o, d: self.shadow_d.vec(i), t_max: Ray::MOST_OF_THE_WAY, time }
             };
             record.ray(RayKind::Shadow);
             if !record::occluded(world, &ray, record) {

@@ -259,7 +259,7 @@ fn geometry() {
         world(
             "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All AreaLightSource \"diffuse\" Shape \"sphere\""
         ),
-        ["warning: light from a moving shape is found by chance only, and so is noisy; in pbrt it does not move"]
+        ["note: the light moves with its shape; in pbrt it stays where it starts"]
     );
 }
 

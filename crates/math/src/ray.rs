@@ -22,6 +22,24 @@ impl Ray {
         Self { o, d, t_max: f32::INFINITY, time }
     }
 
+    /// How far rays between two points go, of the whole way.
+    ///
+    /// The end is off its surface by no more than the error of its own coordinates, which vanish where these do; the way to it is rounded to
+    /// the size of the other point's. What is missing is a ten thousandth, as in pbrt.
+    pub const MOST_OF_THE_WAY: f32 = 0.9999;
+
+    /// A ray to just before a point.
+    #[inline(always)]
+    pub fn between(o: Point3, end: Point3, time: f32) -> Self {
+        Self { o, d: end - o, t_max: Self::MOST_OF_THE_WAY, time }
+    }
+
+    /// The parameter of its end, of a ray [between](Self::between) two points; others have none.
+    #[inline]
+    pub fn whole_way(&self) -> f32 {
+        if self.t_max < f32::INFINITY { 1.0 } else { f32::INFINITY }
+    }
+
     /// The point at parameter `t`.
     #[inline]
     pub fn at(&self, t: f32) -> Point3 {

@@ -1,7 +1,7 @@
 //! Lights as the user stated them, with scales already photometrically normalised by the loader.
 
 use crate::{Handle, SpectrumInput, TextureImage};
-use steradian_math::{Point3, Transform, Vec3};
+use steradian_math::{AnimatedTransform, Point3, Transform, Vec3};
 use steradian_spectrum::{Spectrum, SpectrumUse};
 
 /// Lights that a compositor turns up and down together; every light statement makes one, those with one name make one together.
@@ -144,6 +144,13 @@ pub enum Light {
         /// The rectangle in world space, in order around it; light comes from the side of `(p3 - p0) x (p1 - p0)`.
         portal: [Point3; 4],
     },
+    /// Any of the others but a portal, stated in a space that moves while the shutter is open.
+    Moving {
+        /// The light; its world is that space.
+        light: Box<Light>,
+        /// Where the space is.
+        world_from_light: AnimatedTransform,
+    },
 }
 
 impl TextureImage {
@@ -162,6 +169,10 @@ impl TextureImage {
 impl Light {
     /// Whether a ray can run into the light by chance.
     pub fn has_extent(&self) -> bool {
-        matches!(self, Self::UniformInfinite { .. } | Self::ImageInfinite { .. } | Self::PortalInfinite { .. })
+        match self {
+            Self::UniformInfinite { .. } | Self::ImageInfinite { .. } | Self::PortalInfinite { .. } => true,
+            Self::Moving { light, .. } => light.has_extent(),
+            _ => false,
+        }
     }
 }

@@ -195,6 +195,8 @@ fn visit_light(name: &str, light: &mut Light, images: &Arena<TextureImage>, foun
             found(&format!("{name}.to_world"), Slot::Place(world_from_light));
         }
         Light::PortalInfinite { .. } => {}
+        // Its place is in the space that moves.
+        Light::Moving { light, .. } => visit_light(name, light, images, found),
     }
 }
 

@@ -100,7 +100,7 @@ fn check_flux(name: &str, world: &World, at: &Receiver) {
         }
         let [x, y] = square_to_uniform_disk_concentric(rng.f32_2d()).map(|v| v * at.radius);
         let p = at.p + frame.x * x + frame.y * y;
-        let context = LightContext::of_point(p);
+        let context = LightContext::of_point(p, 0.0);
         if let Some(s) = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w) {
             let ray = match s.distance {
                 f32::INFINITY => Ray::new(p, s.wi, 0.0),
@@ -132,7 +132,7 @@ fn check_densities(name: &str, world: &World) {
         assert!(close(end, e.pdf_end) && close(ray, e.pdf_ray), "{name}: {end} {ray}, but sampled with {e:?}");
         // Light sampling from somewhere finds the same end by chance.
         let to = e.ray.at(1.5);
-        let context = LightContext::of_point(to);
+        let context = LightContext::of_point(to, 0.0);
         let delta = world.is_delta_light(e.end.light);
         assert!(delta || world.light_end_pdf(&context, &e.end, -e.ray.d) >= 0.0, "{name}");
     }
@@ -318,7 +318,7 @@ fn infinite_lights_emit_what_is_received() {
     turned.reverse();
     let portals = [portal(corners), portal(turned)];
     let facing = portals.into_iter().find(|w| {
-        let context = LightContext::of_point(at.p);
+        let context = LightContext::of_point(at.p, 0.0);
         w.sample_light(&context, 0.5, [0.4, 0.6], &Wavelengths::rgb()).is_some()
     });
     for (name, world, which) in [

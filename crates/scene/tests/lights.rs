@@ -49,7 +49,7 @@ fn lamp(shape: impl FnOnce(&mut Scene) -> Shape, t: Transform) -> World {
 
 /// Samples that see their light, against the density of the directions that meet it.
 fn check_lamp(name: &str, world: &World, p: Point3) {
-    let context = LightContext::of_point(p);
+    let context = LightContext::of_point(p, 0.0);
     let w = Wavelengths::rgb();
     let sample = |rng: &mut TestRng| {
         let s = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w)?;
@@ -158,7 +158,7 @@ fn skies_are_sampled_with_their_density() {
     let (radiance, scale) = white();
     let mut scene = empty();
     scene.lights.push(Light::UniformInfinite { radiance, scale });
-    let (alone, beside) = (LightContext::of_point(p), LightContext::of_point(p).beside_lobes());
+    let (alone, beside) = (LightContext::of_point(p, 0.0), LightContext::of_point(p, 0.0).beside_lobes());
     check_sky("uniform sky", &World::build(scene).unwrap(), alone, p);
     let world_from_light = moved(3.0, 1.0, 2.0);
     for (mapping, size, wrap) in [
@@ -186,7 +186,7 @@ fn a_sky_behind_a_portal_is_sampled_with_its_density_and_seen_through_it_only() 
     let w = Wavelengths::rgb();
     let mut rng = TestRng::new(9);
     for p in [Point3::new(0.2, 0.1, 0.3), Point3::new(-1.5, 0.7, 0.6)] {
-        check_sky("portal", &world, LightContext::of_point(p), p);
+        check_sky("portal", &world, LightContext::of_point(p, 0.0), p);
         for _ in 0..2000 {
             let d = Vec3::from_array(rng.direction());
             let black = world.environment(0, &Ray::new(p, d, 0.0), &w).is_black();
@@ -201,7 +201,7 @@ fn a_sky_behind_a_portal_is_sampled_with_its_density_and_seen_through_it_only() 
             }
         }
     }
-    let behind = LightContext::of_point(Point3::new(0.0, 0.0, 1.5));
+    let behind = LightContext::of_point(Point3::new(0.0, 0.0, 1.5), 0.0);
     assert!(world.sample_light(&behind, 0.5, [0.5; 2], &w).is_none());
 }
 
@@ -214,7 +214,7 @@ fn total_intensity(world: &World) -> f64 {
     for _ in 0..n {
         let d = Vec3::from_array(rng.direction());
         let from = Point3::new(1.0, 2.0, 3.0) + d * 2.0;
-        if let Some(s) = world.sample_light(&LightContext::of_point(from), 0.5, [0.5; 2], &w) {
+        if let Some(s) = world.sample_light(&LightContext::of_point(from, 0.0), 0.5, [0.5; 2], &w) {
             assert!(s.is_delta && s.pdf == 1.0 && (s.wi + d).length() < 1e-4);
             sum += f64::from(s.radiance.0[1]) * 4.0;
         }
@@ -276,7 +276,7 @@ fn the_light_tree_finds_every_light_that_a_point_sees() {
     let mut rng = TestRng::new(17);
     for _ in 0..60 {
         let p = Point3::new(12.0 * rng.f32(), 8.0 * rng.f32() - 1.0, 6.0 * rng.f32() - 2.0);
-        let context = LightContext::of_point(p);
+        let context = LightContext::of_point(p, 0.0);
         let mut found = [0u32; 12];
         for _ in 0..4000 {
             if let Some(s) = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w) {
@@ -310,7 +310,7 @@ fn lights_are_chosen_by_what_they_shine_not_by_their_size() {
             scene.lights.push(Light::Point { position: Point3::new(x, 0.0, 0.0), intensity, scale: 1.0 });
         }
         let world = World::build(scene).unwrap();
-        let context = LightContext::of_point(Point3::new(0.0, 2.0, 0.0));
+        let context = LightContext::of_point(Point3::new(0.0, 2.0, 0.0), 0.0);
         // The density of a delta light is the probability of its choice.
         let w = Wavelengths::rgb();
         let s = world.sample_light(&context, 0.5, [0.5; 2], &w).expect("a light");
@@ -355,7 +355,7 @@ fn a_sun_of_one_texel_makes_no_fireflies() {
     let (mut rng, n) = (TestRng::new(17), 4096);
     let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0f64);
     for _ in 0..n {
-        let s = world.sample_light(&LightContext::of_point(p), rng.f32(), rng.f32_2d(), &w);
+        let s = world.sample_light(&LightContext::of_point(p, 0.0), rng.f32(), rng.f32_2d(), &w);
         let v = s.map_or(0.0, |s| f64::from(s.radiance.0[1] * s.wi.z.max(0.0) / s.pdf));
         sum += v;
         squares += v * v;

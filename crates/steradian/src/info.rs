@@ -198,6 +198,7 @@ fn light_name(light: &Light) -> &'static str {
         Light::PortalInfinite { .. } => "infinite behind a portal",
         Light::UniformInfinite { .. } => "uniform infinite",
         Light::ImageInfinite { .. } => "image infinite",
+        Light::Moving { light, .. } => light_name(light),
     }
 }
 

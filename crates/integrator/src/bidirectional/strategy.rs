@@ -51,7 +51,7 @@ impl<'w> Setting<'w> {
                 let ray = Ray::new(last.p, -last.wo, last.time);
                 for &light in self.world.infinite_lights() {
                     let emitted = self.world.environment(light, &ray, w);
-                    let end = self.world.infinite_end(light);
+                    let end = self.world.infinite_end(light, last.time);
                     let seen = Seen { is_infinite: true, end, wi: ray.d, distance2: 1.0 };
                     let connection = || self.hit_connection(before, &seen);
                     let value = last.beta * emitted * scale;

@@ -47,7 +47,7 @@ pub(crate) fn transmittance<R: Record>(
         }
         if let Some(m) = medium {
             let length = ray.d.length();
-            let t_max = hit.map_or(ray.t_max, |h| h.t) * length;
+            let t_max = hit.map_or(ray.whole_way(), |h| h.t) * length;
             let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, lane);
             while let Some(c) = flight.next(rng.f32()) {
                 let per_majorant = c.transmittance * (1.0 / c.majorant[lane]);
@@ -72,7 +72,7 @@ pub(crate) fn transmittance<R: Record>(
         let next = surface.continue_ray(&ray);
         ray = match target {
             Some(p) if (p - next.o).dot(ray.d) <= 0.0 => return Some(out),
-            Some(p) => Ray { d: p - next.o, t_max: 1.0f32.next_down(), ..next },
+            Some(p) => Ray::between(next.o, p, next.time),
             None => next,
         };
     }

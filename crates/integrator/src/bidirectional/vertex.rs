@@ -117,13 +117,13 @@ impl<'w> Vertex<'w> {
     pub fn ray_to(&self, other: &Vertex<'_>) -> Ray {
         let o = self.origin(other.p - self.p);
         let end = other.origin(self.p - other.p);
-        Ray { o, d: end - o, t_max: 1.0f32.next_down(), time: self.time }
+        Ray::between(o, end, self.time)
     }
 
     /// A ray to a point that lies on no surface, or off it already.
     pub fn ray_to_point(&self, end: Point3) -> Ray {
         let o = self.origin(end - self.p);
-        Ray { o, d: end - o, t_max: 1.0f32.next_down(), time: self.time }
+        Ray::between(o, end, self.time)
     }
 
     /// A ray that leaves in direction `d`.
@@ -151,7 +151,7 @@ impl<'w> Vertex<'w> {
     pub fn light_context(&self) -> LightContext {
         match &self.kind {
             Kind::Surface { surface, frame, .. } => LightContext::of_surface(surface, frame),
-            _ => LightContext::of_point(self.p),
+            _ => LightContext::of_point(self.p, self.time),
         }
     }
 }

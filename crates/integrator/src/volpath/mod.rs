@@ -249,7 +249,7 @@ impl VolPath {
 
             // Sample a light, then the phase function for the next direction.
             let phase = ray.phase();
-            let context = LightContext::of_point(c.p);
+            let context = LightContext::of_point(c.p, walk.ray.time);
             walk.ray.d = d;
             let vertex = Vertices::Medium { p: c.p, phase };
             walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);

@@ -4,7 +4,7 @@ use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Contribution, RayKind, Record, Technique};
 use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, TransportMode};
-use steradian_math::{Frame, Point3, Ray, Vec3};
+use steradian_math::{Frame, Point3, Ray};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
 use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -207,7 +207,7 @@ impl Walk {
             }
             if let Some(m) = medium {
                 let length = ray.d.length();
-                let t_max = hit.map_or(ray.t_max, |h| h.t) * length;
+                let t_max = hit.map_or(ray.whole_way(), |h| h.t) * length;
                 let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, hero);
                 while let Some(c) = flight.next(rng.f32()) {
                     let per_majorant = c.transmittance * (1.0 / c.majorant[hero]);
@@ -254,6 +254,5 @@ fn ray_to_light(p: Point3, sample: &LightSample, time: f32) -> Ray {
     if sample.distance == f32::INFINITY {
         return Ray::new(p, sample.wi, time);
     }
-    let d: Vec3 = sample.end - p;
-    Ray { o: p, d, t_max: 1.0f32.next_down(), time }
+    Ray::between(p, sample.end, time)
 }

@@ -112,6 +112,15 @@ impl Writer<'_> {
                 let corners = triples(portal.iter().map(|p| [p.x, p.y, p.z]));
                 sky(world_from_light, &file, &scale, &format!(" \"point3 portal\" {corners}"))
             }
+            Light::Moving { light, world_from_light: moving } => {
+                self.note("lights that move stand still in pbrt, where they are first");
+                let [start, end] = self.scene.camera.shutter.map(|time| transform(&moving.at(time)));
+                let light = self.light(light);
+                let within = if light.starts_with("Transform") { "Concat" } else { "" };
+                format!(
+                    "ActiveTransform StartTime {start}\nActiveTransform EndTime {end}\nActiveTransform All\n{within}{light}"
+                )
+            }
         }
     }
 

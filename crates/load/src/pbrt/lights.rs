@@ -11,7 +11,7 @@ use steradian_math::{Frame, PI, Point3, Transform, Vec3, cos};
 use steradian_sampling::warp::{square_to_lat_long, square_to_octahedral};
 use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, LightGroup, TextureImage};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse, cie};
-use steradian_syntax::{Directive, Span};
+use steradian_syntax::{Diagnostic, Directive, ParamType, Span};
 
 const TYPES: [&str; 6] = ["point", "spot", "distant", "infinite", "goniometric", "projection"];
 
@@ -57,10 +57,19 @@ impl Loader<'_> {
     pub(super) fn light_source(&mut self, mut d: Directive) {
         let (kind, span) = (d.text(0).to_string(), d.arg_span(0));
         let mut params = self.params(&mut d);
+        let behind_portal = kind == "infinite" && params.raw("portal", &[ParamType::Point3]).is_some();
+        let moves = self.state.is_animated() && !behind_portal;
         if self.state.is_animated() {
-            params.warning("lights do not move; the transform at the start is used", None);
+            if behind_portal {
+                params.warning("what shines through a portal does not move; the transform at the start is used", None);
+            } else {
+                params
+                    .diagnostics
+                    .push(Diagnostic::note("the light moves; in pbrt it stays where it starts", params.span));
+            }
         }
-        let ctm = self.state.ctm[0];
+        // A light that moves is stated in a space of its own.
+        let ctm = if moves { Transform::IDENTITY } else { self.state.ctm[0] };
         let p = &mut params;
         let light = match kind.as_str() {
             "point" => self.point_light(p, &ctm),
@@ -80,7 +89,11 @@ impl Loader<'_> {
             self.scene.groups_of_lights.resize(self.scene.lights.len(), None);
             self.scene.groups_of_lights.push(Some(group));
         }
-        self.scene.lights.extend(light);
+        let placed = |light: Light| match moves {
+            true => Light::Moving { light: Box::new(light), world_from_light: self.state.animated() },
+            false => light,
+        };
+        self.scene.lights.extend(light.map(placed));
         self.diagnostics.append(&mut params.finish());
     }
 

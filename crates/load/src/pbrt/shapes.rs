@@ -55,10 +55,8 @@ impl Loader<'_> {
             params.warning("light from curves is found by chance only, and so is noisy", None);
         }
         if light.is_some() && animated {
-            params.warning(
-                "light from a moving shape is found by chance only, and so is noisy; in pbrt it does not move",
-                None,
-            );
+            let note = "the light moves with its shape; in pbrt it stays where it starts";
+            params.diagnostics.push(Diagnostic::note(note, params.span));
         }
         // A boundary between equal media is none.
         let media =

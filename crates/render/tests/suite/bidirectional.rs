@@ -119,6 +119,29 @@ fn paths_from_both_ends_find_the_same_light() {
     same_mean(&run(with(&s, BDPT), 500), &path, 12, "mirrors, panes and varnish");
 }
 
+/// A lamp and a floor below a ceiling, at any height: the ends of rays must not take themselves for obstacles where
+/// coordinates are zero, and the ends' own errors vanish.
+#[test]
+fn planes_through_the_origin_are_lit_like_others() {
+    let at = |y: f32, kind: IntegratorKind| {
+        let mut s = empty(8, 1, 2, ColorMode::Rgb, SamplerKind::Independent);
+        let grey = diffuse(&mut s, [0.5; 3]);
+        for (h, r) in [(0.0, 2.0), (1.7, 1.5)] {
+            let corners = [[-r, y + h, -r], [-r, y + h, r], [r, y + h, r], [r, y + h, -r]];
+            let plane = quad(&mut s, corners, grey);
+            s.primitives.push(plane);
+        }
+        let lamp = quad(&mut s, [[-2.6, y, -0.5], [-2.6, y, 0.5], [-2.1, y, 0.5], [-2.1, y, -0.5]], grey);
+        s.primitives.push(Primitive { area_light: Some(area_light(9.0, false)), ..lamp });
+        s.camera = camera([0.0, y + 0.85, -3.2], [0.0, y + 0.85, 0.0], 50.0);
+        run(with(&s, kind), if kind == IntegratorKind::LightPath { 4000 } else { 1500 })
+    };
+    let path = at(0.37, IntegratorKind::Path);
+    for (kind, y) in [(IntegratorKind::Path, 0.0), (BDPT, 0.37), (BDPT, 0.0), (IntegratorKind::LightPath, 0.0)] {
+        same_mean(&at(y, kind), &path, 4, &format!("{kind:?} at {y}"));
+    }
+}
+
 /// Lights without extent, a picture of a lens, a slanted parallel camera, a wide filter and a crop.
 #[test]
 fn points_lenses_filters_and_crops() {

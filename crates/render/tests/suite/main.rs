@@ -8,6 +8,7 @@ mod determinism;
 mod furnace;
 mod layers;
 mod media;
+mod moving_lights;
 mod progressive;
 mod scenes;
 mod side_by_side;

@@ -22,12 +22,12 @@ const MLT: IntegratorKind = IntegratorKind::Mlt(Metropolis {
     sigma: 0.02,
 });
 
-fn sppm(radius: f32, per_iteration: u32) -> IntegratorKind {
+pub fn sppm(radius: f32, per_iteration: u32) -> IntegratorKind {
     IntegratorKind::Sppm(PhotonMapping { radius: Some(radius), per_iteration: Some(per_iteration), seed: None })
 }
 
 /// Means of the upper and the lower half of the image, channel by channel.
-fn halves(r: &Rendered) -> Vec<f64> {
+pub fn halves(r: &Rendered) -> Vec<f64> {
     let mean = r.film.mean();
     let n = mean.len() / 2;
     let of = |half: &[[f32; 3]], c: usize| half.iter().map(|p| f64::from(p[c])).sum::<f64>() / n as f64;

@@ -60,21 +60,20 @@ fn flatten(
     Ok(())
 }
 
-/// Lights are numbered in world space: a light in an instance that stands still becomes a primitive of the world.
+/// A light of an object of which no instance moves becomes a primitive of the world, for each instance.
 fn lift_lights(scene: &mut Scene, flat: &[Flat]) {
+    let moving: Vec<bool> = (0..scene.objects.len())
+        .map(|o| flat.iter().any(|f| f.object == o && f.world_from_object.is_animated()))
+        .collect();
     let mut lifted = Vec::new();
-    for f in flat.iter().filter(|f| !f.world_from_object.is_animated()) {
+    for f in flat.iter().filter(|f| !moving[f.object]) {
         let object = &scene.objects.as_slice()[f.object];
         for p in object.primitives.iter().filter(|p| p.area_light.is_some()) {
             let t = f.world_from_object.start.mul(&p.world_from_object);
             lifted.push(Primitive { world_from_object: t, ..p.clone() });
         }
     }
-    let moving: Vec<bool> = (0..scene.objects.len())
-        .map(|o| flat.iter().any(|f| f.object == o && f.world_from_object.is_animated()))
-        .collect();
     for handle in scene.objects.handles() {
-        // An object that also moves somewhere keeps its lights there; they are found by chance only.
         if !moving[handle.index()] {
             scene.objects[handle].primitives.retain(|p| p.area_light.is_none());
         }
@@ -127,7 +126,11 @@ impl World {
         }
         let instances: Vec<WorldInstance> = flat
             .iter()
-            .map(|f| WorldInstance { group: f.object as u32 + 1, world_from_object: f.world_from_object })
+            .map(|f| WorldInstance {
+                group: f.object as u32 + 1,
+                world_from_object: f.world_from_object,
+                first_light: 0,
+            })
             .collect();
         let bounds: Vec<(u32, Bounds3)> = flat
             .iter()
@@ -140,7 +143,9 @@ impl World {
         let media = build_media(&scene, primitives.iter().chain(objects.iter().flatten()))?;
         let settings = &scene.settings;
         let camera = super::CameraModel::new(&scene.camera, settings.film.resolution, !settings.disable_pixel_jitter);
-        let has_motion = camera.is_animated() || instances.iter().any(|i| i.world_from_object.is_animated());
+        let has_motion = camera.is_animated()
+            || instances.iter().any(|i| i.world_from_object.is_animated())
+            || World::far_lights_move(&scene);
         let uses_footprints = uses_footprints(&scene);
         for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {
             let material = &scene.materials[record.material];
@@ -174,18 +179,13 @@ impl World {
             bounds,
             scene,
         };
-        let mut emitters = world.emitters(0, &primitives);
-        for (i, object) in objects.iter().enumerate() {
-            // What is left in objects moves and cannot be sampled.
-            let first = emitters.len();
-            let found = world.emitters(i + 1, object);
-            world.groups[i + 1].primitives.iter_mut().for_each(|p| {
-                if let Some(light) = p.first_light.take() {
-                    let e = &found[light as usize];
-                    p.unsampled_emission = Some((e.emission, e.scale));
-                }
-            });
-            emitters.truncate(first);
+        let mut emitters = world.emitters(None, &primitives);
+        for i in 0..world.instances.len() {
+            let object = &objects[world.instances[i].group as usize - 1];
+            if object.iter().any(|p| p.area_light.is_some()) {
+                world.instances[i].first_light = emitters.len() as u32;
+                emitters.append(&mut world.emitters(Some(i as u32), object));
+            }
         }
         world.lights = Lights::build(&world, emitters, &bounds);
         if world.settings().integrator.kind.starts_at_lights() {
@@ -195,8 +195,9 @@ impl World {
         Ok(world)
     }
 
-    /// One emitter for each element of each primitive that shines; tells the records of the group.
-    fn emitters(&mut self, group: usize, primitives: &[Primitive]) -> Vec<Emitter> {
+    /// One emitter for each element of each primitive that shines, of the world or an instance; tells the records of the group.
+    fn emitters(&mut self, instance: Option<u32>, primitives: &[Primitive]) -> Vec<Emitter> {
+        let group = instance.map_or(0, |i| self.instances[i as usize].group as usize);
         let mut emitters = Vec::new();
         let mut quadric = 0;
         for (i, p) in primitives.iter().enumerate() {
@@ -226,7 +227,6 @@ impl World {
                 Shape::Curves(_) => Vec::new(),
             };
             for shape in shapes {
-                let scale = self.emission_scale(light, &shape);
                 let prepared = match shape {
                     EmitterShape::Triangle(mesh, face) => {
                         PreparedTriangle::new(&self.scene.triangle_meshes[mesh], face as usize)
@@ -239,7 +239,9 @@ impl World {
                     }
                     _ => None,
                 };
-                emitters.push(Emitter { shape, emission, scale, brightness, prepared });
+                let mut emitter = Emitter { shape, instance, emission, scale: 1.0, brightness, prepared };
+                emitter.scale = self.emission_scale(light, &emitter);
+                emitters.push(emitter);
             }
             self.area_lights.push(light.clone());
         }
@@ -264,13 +266,13 @@ impl World {
     }
 
     /// The factor that gives a light its stated power, for the area of this element.
-    fn emission_scale(&self, light: &AreaLight, shape: &EmitterShape) -> f32 {
+    fn emission_scale(&self, light: &AreaLight, emitter: &Emitter) -> f32 {
         let Some(power) = light.power else { return light.scale };
         let mut k = match light.image {
             None => 1.0,
             Some(image) => self.scene.images[image].mean_luminance(),
         };
-        k *= if light.two_sided { 2.0 } else { 1.0 } * self.emitter_area(shape) * PI;
+        k *= if light.two_sided { 2.0 } else { 1.0 } * self.emitter_area(emitter) * PI;
         if k > 0.0 { light.scale * power / k } else { 0.0 }
     }
 }

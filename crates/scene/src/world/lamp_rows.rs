@@ -181,7 +181,8 @@ impl World {
         let Some(emitter) = self.lights.emitters.get(light as usize) else {
             return if self.has_sky_rows(light) { Stand::Sky } else { Stand::Alone };
         };
-        let (EmitterShape::Triangle(..), Some(triangle)) = (emitter.shape, &emitter.prepared) else {
+        let (EmitterShape::Triangle(..), Some(triangle), None) = (emitter.shape, &emitter.prepared, emitter.instance)
+        else {
             return Stand::Alone;
         };
         let emission = &self.area_lights[emitter.emission as usize];

@@ -45,6 +45,8 @@ use surface::HitShape;
 pub(crate) struct WorldInstance {
     group: u32,
     world_from_object: AnimatedTransform,
+    /// The number of the first light of its own, which those of the group's primitives add to.
+    first_light: u32,
 }
 
 /// A camera ray with the rays of its neighbours, where textures care.

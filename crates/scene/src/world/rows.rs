@@ -85,12 +85,12 @@ impl PointRows {
         Frame { x: x.vec(i), y: y.vec(i), z: z.vec(i) }
     }
 
-    /// The point at a place, as light sampling wants it beside lobes.
+    /// The point at a place at a time, as light sampling wants it beside lobes.
     #[inline]
-    pub fn light_context(&self, i: usize) -> LightContext {
+    pub fn light_context(&self, i: usize, time: f32) -> LightContext {
         let (p, p_error) = (self.p.point(i), self.p_error.vec(i));
-        LightContext::of_reference(Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) })
-            .beside_lobes()
+        let reference = Reference { p, p_error, n: self.n.normal(i), ns: self.frame[2].normal(i) };
+        LightContext::of_reference(reference, time).beside_lobes()
     }
 
     /// Works out the first `n` places.

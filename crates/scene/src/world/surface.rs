@@ -102,7 +102,7 @@ impl Surface {
         if sample.distance == f32::INFINITY {
             return Ray::new(o, sample.wi, self.time);
         }
-        Ray { o, d: sample.end - o, t_max: 1.0f32.next_down(), time: self.time }
+        Ray::between(o, sample.end, self.time)
     }
 
     /// The differential of a ray scattered specularly to `wi` (Igehy 1999; Suykens and Willems 2001); `None` where it
@@ -194,7 +194,8 @@ impl World {
             geometry = geometry.transformed(&t);
         }
         let record = &group.primitives[primitive as usize];
-        let light = record.first_light.map(|first| first + element);
+        let own = instance.map_or(0, |i| self.instances[i as usize].first_light);
+        let light = record.first_light.map(|first| own + first + element);
         let emission = match light {
             Some(id) => {
                 let e = &self.lights.emitters[id as usize];

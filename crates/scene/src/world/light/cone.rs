@@ -116,6 +116,9 @@ impl FarLight for Cone {
 
     fn bounds(&self, _: f32) -> Option<LightBounds> {
         let power = brightness(&self.intensity) * self.scale * 4.0 * PI;
+        if !self.light_from_world.keeps_angles() {
+            return Some(LightBounds::point(self.p, power));
+        }
         let (core, rim) = (cos(self.start), cos(self.end - self.start));
         Some(LightBounds::new(Bounds3::new(self.p, self.p), self.axis, core, rim, power, false))
     }

@@ -25,19 +25,21 @@ pub struct LightEnd {
     pub p: Point3,
     /// Unit normal on the side that counts as outside; null unless the light is a surface.
     pub n: Normal3,
+    /// When.
+    pub time: f32,
     /// Parametric coordinates on a patch.
     coordinates: [f32; 2],
 }
 
 impl LightEnd {
     /// A sampled point of a surface. Its coordinates on a patch are not known.
-    pub(super) fn sampled(light: u32, s: &ShapeSample) -> Self {
-        Self { light, p: s.p, n: s.n, coordinates: [0.5; 2] }
+    pub(super) fn sampled(light: u32, s: &ShapeSample, time: f32) -> Self {
+        Self { light, p: s.p, n: s.n, time, coordinates: [0.5; 2] }
     }
 
     /// A light that is no surface.
-    pub(super) fn without_surface(light: u32, p: Point3) -> Self {
-        Self { light, p, n: Normal3::default(), coordinates: [0.5; 2] }
+    pub(super) fn without_surface(light: u32, p: Point3, time: f32) -> Self {
+        Self { light, p, n: Normal3::default(), time, coordinates: [0.5; 2] }
     }
 }
 
@@ -161,12 +163,12 @@ impl World {
         }
         let far = &self.lights.far[light as usize - self.lights.emitters.len()];
         let ball = self.lights.emission.ball.unwrap_or(Ball { centre: Point3::default(), radius: 1.0 });
-        let e = far.emit(&self.scene.images, &ball, u_place, u_direction, w)?;
+        let e = far.emit(&self.scene.images, (&ball, time), u_place, u_direction, w)?;
         let density = e.pdf_end * e.pdf_ray;
         let flux = e.value * (1.0 / (density * probability));
         let valid = density > 0.0 && flux.is_finite() && !flux.is_black();
         valid.then(|| Emission {
-            end: LightEnd { light, p: e.o, n: Normal3::default(), coordinates: [0.0; 2] },
+            end: LightEnd::without_surface(light, e.o, time),
             ray: Ray::new(e.o, e.d, time),
             flux,
             pdf_end: e.pdf_end * probability,
@@ -186,7 +188,7 @@ impl World {
         time: f32,
         w: &Wavelengths,
     ) -> Option<Emission> {
-        let s = self.sample_emitter_area(&emitter.shape, u_place)?;
+        let s = self.sample_emitter_area(emitter, time, u_place)?;
         let coordinates = match emitter.shape {
             EmitterShape::Patch(mesh, face) => {
                 let own = self.scene.bilinear_meshes[mesh].patch(face as usize).sample_area(u_place)?;
@@ -213,12 +215,12 @@ impl World {
         let radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), d, w);
         let flux = radiance * (local.z / (s.pdf * pdf_ray * probability));
         let per_area = match emitter.shape {
-            EmitterShape::Patch(..) => 1.0 / self.emitter_area(&emitter.shape),
+            EmitterShape::Patch(..) => self.emitter_pdf_area(emitter, time, s.n),
             _ => s.pdf,
         };
         let valid = pdf_ray > 0.0 && flux.is_finite() && !flux.is_black();
         valid.then(|| Emission {
-            end: LightEnd { light, p: s.p, n: s.n, coordinates },
+            end: LightEnd { light, p: s.p, n: s.n, time, coordinates },
             ray: Ray::new(offset_ray_origin(s.p, s.p_error, s.n, d), d, time),
             flux,
             pdf_end: per_area * probability,
@@ -231,12 +233,13 @@ impl World {
     /// started there.
     pub fn light_end(&self, surface: &Surface) -> Option<LightEnd> {
         let light = surface.light?;
-        Some(LightEnd { light, p: surface.p, n: surface.n, coordinates: surface.coordinates })
+        let Surface { coordinates, time, .. } = *surface;
+        Some(LightEnd { light, p: surface.p, n: surface.n, time, coordinates })
     }
 
     /// The light's end of a path that leaves the scene to an infinite light.
-    pub fn infinite_end(&self, light: u32) -> LightEnd {
-        LightEnd { light, p: Point3::default(), n: Normal3::default(), coordinates: [0.0; 2] }
+    pub fn infinite_end(&self, light: u32, time: f32) -> LightEnd {
+        LightEnd::without_surface(light, Point3::default(), time)
     }
 
     /// The densities of [`World::sample_emission`] for a ray from a light's end in the unit direction `d`: of the end, and of
@@ -251,14 +254,10 @@ impl World {
         let Some(emitter) = self.lights.emitters.get(end.light as usize) else {
             let far = &self.lights.far[end.light as usize - self.lights.emitters.len()];
             let Some(ball) = &self.lights.emission.ball else { return [0.0; 2] };
-            let [pdf_end, pdf_ray] = far.emission_pdf(ball, d);
+            let [pdf_end, pdf_ray] = far.emission_pdf(ball, d, end.time);
             return [pdf_end * probability, pdf_ray];
         };
-        let per_area = match emitter.shape {
-            EmitterShape::Triangle(mesh, face) => 1.0 / self.scene.triangle_meshes[mesh].triangle(face as usize).area(),
-            EmitterShape::Patch(..) => 1.0 / self.emitter_area(&emitter.shape),
-            EmitterShape::Quadric(i) => self.groups[0].quadrics[i as usize].pdf_area(end.n),
-        };
+        let per_area = self.emitter_pdf_area(emitter, end.time, end.n);
         let cos = end.n.dot(d);
         let pdf_ray = match self.area_lights[emitter.emission as usize].two_sided {
             true => 0.5 * INV_PI * cos.abs(),
@@ -274,15 +273,25 @@ impl World {
         let probability = self.pick_probability(context, end.light);
         let Some(emitter) = self.lights.emitters.get(end.light as usize) else {
             let far = &self.lights.far[end.light as usize - self.lights.emitters.len()];
-            return if far.is_delta() { probability } else { probability * far.pdf(from.p, wi) };
+            return if far.is_delta() { probability } else { probability * far.pdf((from.p, context.time), false, wi) };
         };
-        probability * self.emitter_pdf_at(emitter, from, end.p, end.n, end.coordinates)
+        probability * self.emitter_pdf_at(emitter, (from, context.time), end.p, end.n, end.coordinates)
     }
 
     /// The medium that a ray in direction `d` from a light's end sets out in.
     pub fn medium_of_light(&self, end: &LightEnd, d: Vec3) -> Option<Handle<Medium>> {
         let [front, back] = *self.lights.emission.media.get(end.light as usize)?;
+        if self.is_moving_point(end.light) {
+            return self.medium_around(&Ray::new(end.p, d, end.time));
+        }
         if end.n.dot(d) < 0.0 { back } else { front }
+    }
+
+    /// Whether the light is a point that moves, perhaps out of one medium and into another. A lamp that moves has on its sides what it
+    /// sets out with.
+    fn is_moving_point(&self, light: u32) -> bool {
+        let far = (light as usize).checked_sub(self.lights.emitters.len());
+        far.is_some_and(|i| self.lights.far[i].is_animated() && !self.lights.far[i].is_infinite())
     }
 
     fn media_around_light(&self, light: u32) -> [Option<Handle<Medium>>; 2] {
@@ -291,7 +300,7 @@ impl World {
         }
         let time = self.scene.camera.shutter[0];
         match self.lights.emitters.get(light as usize) {
-            Some(emitter) => match self.sample_emitter_area(&emitter.shape, [0.4, 0.4]) {
+            Some(emitter) => match self.sample_emitter_area(emitter, time, [0.4, 0.4]) {
                 Some(s) => [s.n.to_vec(), -s.n.to_vec()].map(|d| {
                     let o = offset_ray_origin(s.p, s.p_error, s.n, d);
                     self.medium_around(&Ray::new(o, d, time))
@@ -300,7 +309,7 @@ impl World {
             },
             None => {
                 let far = &self.lights.far[light as usize - self.lights.emitters.len()];
-                let p = far.position().unwrap_or_default();
+                let p = far.position(time).unwrap_or_default();
                 [self.medium_around(&Ray::new(p, Vec3::new(0.48, 0.6, 0.64), time)); 2]
             }
         }

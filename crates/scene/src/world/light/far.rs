@@ -178,6 +178,8 @@ impl Far {
             Light::PortalInfinite { world_from_light, image, scale, portal } => {
                 Self::Portal(Portal::new(world_from_light, &images[*image], *scale, portal))
             }
+            // In its own space; see `MovingFar`.
+            Light::Moving { light, .. } => Self::new(light, images),
         }
     }
 
@@ -262,6 +264,7 @@ impl Far {
     }
 
     /// See [`FarLight::position`].
+    #[inline]
     pub fn position(&self) -> Option<Point3> {
         with_far!(self, l => l.position())
     }
@@ -269,7 +272,7 @@ impl Far {
     /// Whether the light shines from infinitely far.
     #[inline]
     pub fn is_infinite(&self) -> bool {
-        !matches!(self, Self::Point(_) | Self::Spot(_) | Self::Goniometric(_) | Self::Projection(_))
+        self.position().is_none()
     }
 
     /// See [`FarLight::bounds`].

@@ -6,7 +6,7 @@
 //! A lamp casts no shadow of its own, so that a point inside it is seen. A lamp with a picture has the colour of the
 //! picture's middle. Environments have no point.
 
-use super::far::Far;
+use super::moving::MovingFar;
 use super::{LightContext, LightEnd, LightSample, Lights};
 use crate::LightCensus;
 use crate::world::{Hit, World};
@@ -16,7 +16,7 @@ use steradian_spectrum::Wavelengths;
 /// A lamp as a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightPoint {
-    /// Where it is.
+    /// Where it is, before it moves.
     pub p: Point3,
     /// The normal, if the lamp is flat.
     pub n: Option<Normal3>,
@@ -24,6 +24,8 @@ pub struct LightPoint {
     strength: f32,
     /// Which area light.
     emission: u32,
+    /// The instance in whose space it is given; the world's if none.
+    instance: Option<u32>,
 }
 
 impl Lights {
@@ -34,21 +36,27 @@ impl Lights {
             let (mut area, mut strength, mut centre) = (0.0f64, 0.0f32, [0.0f64; 3]);
             let (mut axis, mut flat) = (None, true);
             for e in elements {
-                let a = world.emitter_area(&e.shape);
-                let c = world.emitter_centre(&e.shape);
+                let a = world.emitter_area(e);
+                let c = world.emitter_centre(e);
                 area += f64::from(a);
                 strength += a * e.scale;
                 for i in 0..3 {
                     centre[i] += f64::from(a) * f64::from(c[i]);
                 }
-                let (n, cos) = world.emitter_normals(&e.shape);
+                let (n, cos) = world.shape_normals(e);
                 flat &= cos == 1.0 && axis.is_none_or(|first: Vec3| first.dot(n) > 1.0 - 1e-4);
                 axis = axis.or(Some(n));
             }
             if area > 0.0 {
                 let [x, y, z] = centre.map(|c| (c / area) as f32);
                 let n = axis.filter(|_| flat).map(Vec3::to_normal);
-                points.push(LightPoint { p: Point3::new(x, y, z), n, strength, emission: elements[0].emission });
+                points.push(LightPoint {
+                    p: Point3::new(x, y, z),
+                    n,
+                    strength,
+                    emission: elements[0].emission,
+                    instance: elements[0].instance,
+                });
             }
         }
         points
@@ -72,7 +80,7 @@ impl World {
     #[inline]
     pub fn is_delta_light(&self, light: u32) -> bool {
         let far = (light as usize).checked_sub(self.lights.emitters.len());
-        far.is_some_and(|i| self.lights.far.get(i).is_some_and(Far::is_delta))
+        far.is_some_and(|i| self.lights.far.get(i).is_some_and(MovingFar::is_delta))
     }
 
     /// What the settings of an integrator must know of the lights.
@@ -92,7 +100,7 @@ impl World {
         }
     }
 
-    /// Whether something shines that light sampling cannot find: lamps in motion.
+    /// Whether something shines that light sampling cannot find: curves.
     pub fn has_unsampled_lights(&self) -> bool {
         self.groups.iter().any(|g| g.primitives.iter().any(|p| p.unsampled_emission.is_some()))
     }
@@ -104,11 +112,18 @@ impl World {
         point: &LightPoint,
         w: &Wavelengths,
     ) -> Option<LightSample> {
-        let d = point.p - context.reference.p;
+        let (p, own_n) = match point.instance {
+            None => (point.p, point.n),
+            Some(i) => {
+                let t = self.instances[i as usize].world_from_object.at(context.time);
+                (t.point(point.p), point.n.map(|n| t.normal(n).normalize()))
+            }
+        };
+        let d = p - context.reference.p;
         let distance = d.length();
         let wi = d.try_normalize()?;
         let light = &self.area_lights[point.emission as usize];
-        let (facing, n) = match point.n {
+        let (facing, n) = match own_n {
             // The side that shines faces the surface; both sides may.
             Some(n) => {
                 let cos = -n.dot(wi);
@@ -126,8 +141,8 @@ impl World {
             radiance,
             wi,
             distance,
-            end: point.p,
-            light_end: LightEnd::without_surface(point.emission, point.p),
+            end: p,
+            light_end: LightEnd::without_surface(point.emission, p, context.time),
             pdf: 1.0,
             is_delta: true,
         })

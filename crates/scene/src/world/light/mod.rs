@@ -12,6 +12,7 @@ mod environment;
 mod far;
 mod goniometric;
 mod lamp_points;
+mod moving;
 mod point;
 mod portal;
 mod projection;
@@ -33,7 +34,8 @@ pub(in crate::world) use tree::PickRows;
 use super::texture::{MeshPoint, TextureContext, rgb_lanes};
 use super::{Surface, World};
 use crate::{Handle, LightGroup, SpectrumInput};
-use far::{Far, brightness};
+use far::brightness;
+use moving::MovingFar;
 use selection::Selection;
 use steradian_geometry::Reference;
 use steradian_math::{Bounds3, Frame, Normal3, PI, Point2, Point3, Ray, Vec3};
@@ -43,6 +45,8 @@ use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 #[derive(Clone, Copy, Debug)]
 pub struct LightContext {
     reference: Reference,
+    /// When: lights may move.
+    time: f32,
     /// Whether lights are found by the lobe as well, and both ways weighted against each other.
     beside_lobes: bool,
 }
@@ -53,14 +57,15 @@ impl LightContext {
     pub fn of_surface(surface: &Surface, frame: &Frame) -> Self {
         Self {
             reference: Reference { p: surface.p, p_error: surface.p_error, n: surface.n, ns: frame.normal() },
+            time: surface.time,
             beside_lobes: false,
         }
     }
 
-    /// Any point.
+    /// Any point at a time.
     #[inline]
-    pub(in crate::world) fn of_reference(reference: Reference) -> Self {
-        Self { reference, beside_lobes: false }
+    pub(in crate::world) fn of_reference(reference: Reference, time: f32) -> Self {
+        Self { reference, time, beside_lobes: false }
     }
 
     /// Its position.
@@ -77,9 +82,9 @@ impl LightContext {
         Self { beside_lobes: true, ..self }
     }
 
-    /// A point in a medium.
-    pub fn of_point(p: Point3) -> Self {
-        Self { reference: Reference::point(p), beside_lobes: false }
+    /// A point in a medium at a time.
+    pub fn of_point(p: Point3, time: f32) -> Self {
+        Self { reference: Reference::point(p), time, beside_lobes: false }
     }
 }
 
@@ -108,7 +113,7 @@ pub struct LightSample {
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     pub(crate) emitters: Vec<Emitter>,
-    far: Vec<Far>,
+    far: Vec<MovingFar>,
     infinite: Vec<u32>,
     selection: Selection,
     /// One point for each lamp, for algorithms that know points only.
@@ -120,7 +125,7 @@ impl Lights {
     /// Builds the tables for `emitters` and the scene's other lights.
     pub(crate) fn build(world: &World, emitters: Vec<Emitter>, bounds: &Bounds3) -> Self {
         let scene = &world.scene;
-        let far: Vec<Far> = scene.lights.iter().map(|light| Far::new(light, &scene.images)).collect();
+        let far: Vec<MovingFar> = scene.lights.iter().map(|light| MovingFar::new(light, &scene.images)).collect();
         let first = emitters.len() as u32;
         let infinite = (0..far.len()).filter(|&i| !far[i].is_delta()).map(|i| first + i as u32).collect();
         let mut lights = Self { emitters, far, infinite, ..Self::default() };
@@ -145,7 +150,7 @@ impl Lights {
                     image.mean_luminance() * image.color_space.photometric()
                 }
             };
-            return l * e.scale * world.emitter_area(&e.shape) * PI * if light.two_sided { 2.0 } else { 1.0 };
+            return l * e.scale * world.emitter_area(e) * PI * if light.two_sided { 2.0 } else { 1.0 };
         }
         self.far[id as usize - self.emitters.len()].power(&world.scene.images, scene_radius)
     }
@@ -161,6 +166,12 @@ impl World {
     #[inline]
     pub fn infinite_lights(&self) -> &[u32] {
         &self.lights.infinite
+    }
+
+    /// Whether a light that is not a surface moves.
+    pub(in crate::world) fn far_lights_move(scene: &crate::Scene) -> bool {
+        let moves = |l: &crate::Light| matches!(l, crate::Light::Moving { world_from_light, .. } if world_from_light.is_animated());
+        scene.lights.iter().any(moves)
     }
 
     /// The group of a light.
@@ -209,7 +220,7 @@ impl World {
     ) -> Option<LightSample> {
         let from = &context.reference;
         if let Some(emitter) = self.lights.emitters.get(light as usize) {
-            let s = self.sample_emitter(emitter, from, u2)?;
+            let s = self.sample_emitter(emitter, (from, context.time), u2)?;
             let d = s.p - from.p;
             let distance = d.length();
             let wi = d * (1.0 / distance);
@@ -224,23 +235,19 @@ impl World {
                 return None;
             }
             let end = steradian_math::offset_ray_origin(s.p, s.p_error, s.n, -wi);
-            let light_end = LightEnd::sampled(light, &s);
+            let light_end = LightEnd::sampled(light, &s, context.time);
             let pdf = s.pdf * probability;
             return Some(LightSample { light, radiance, wi, distance, end, light_end, pdf, is_delta: false });
         }
         let far = &self.lights.far[light as usize - self.lights.emitters.len()];
-        let s = if context.beside_lobes {
-            far.sample_beside_lobes(&self.scene.images, from.p, u2, w)?
-        } else {
-            far.sample(&self.scene.images, from.p, u2, w)?
-        };
+        let s = far.sample(&self.scene.images, (from.p, context.time), context.beside_lobes, u2, w)?;
         Some(LightSample {
             light,
             radiance: s.radiance,
             wi: s.wi,
             distance: s.distance,
             end: s.end,
-            light_end: LightEnd::without_surface(light, s.end),
+            light_end: LightEnd::without_surface(light, s.end, context.time),
             pdf: s.pdf * probability,
             is_delta: far.is_delta(),
         })
@@ -256,11 +263,11 @@ impl World {
             return 0.0;
         }
         let pdf = match (self.lights.emitters.get(light as usize), hit) {
-            (Some(emitter), Some(hit)) => self.emitter_pdf(emitter, from, hit),
+            (Some(emitter), Some(hit)) => self.emitter_pdf(emitter, (from, context.time), hit),
             (Some(_), None) => 0.0,
             (None, _) => {
                 let far = &self.lights.far[light as usize - self.lights.emitters.len()];
-                if context.beside_lobes { far.pdf_beside_lobes(from.p, wi) } else { far.pdf(from.p, wi) }
+                far.pdf((from.p, context.time), context.beside_lobes, wi)
             }
         };
         pdf * probability

@@ -1,7 +1,7 @@
 //! The choice of one light among many.
 
 use super::bounds::LightBounds;
-use super::far::Far;
+use super::moving::MovingFar;
 use super::tree::{LightTree, PickRows};
 use super::{LightContext, Lights};
 use crate::LightSelection;
@@ -61,10 +61,10 @@ impl Lights {
                 let tree = LightTree::build(self.light_bounds(world, radius), n);
                 let first = self.emitters.len();
                 // A sky alone is worth two looks; beside lamps, the lamps have more need of them.
-                let alone = tree.is_empty() && self.far.iter().all(Far::is_left_to_lobes);
+                let alone = tree.is_empty() && self.far.iter().all(MovingFar::is_left_to_lobes);
                 let placeless = |beside_lobes: bool| {
                     let left_out =
-                        |far: &Far| far.bounds(1.0).is_some() || beside_lobes && !alone && far.is_left_to_lobes();
+                        |far: &MovingFar| far.bounds(1.0).is_some() || beside_lobes && !alone && far.is_left_to_lobes();
                     let ids = (0..self.far.len()).filter(|&i| !left_out(&self.far[i])).map(|i| (first + i) as u32);
                     Placeless::new(ids.collect(), !tree.is_empty())
                 };
@@ -77,10 +77,10 @@ impl Lights {
     fn light_bounds(&self, world: &World, radius: f32) -> Vec<(u32, LightBounds)> {
         let mut items = Vec::new();
         for (i, e) in self.emitters.iter().enumerate() {
-            let (axis, cos) = world.emitter_normals(&e.shape);
+            let (axis, cos) = world.emitter_normals(e);
             let two_sided = world.area_lights[e.emission as usize].two_sided;
             let power = self.power(world, i as u32, radius);
-            let bounds = LightBounds::new(world.emitter_bounds(&e.shape), axis, cos, 0.0, power, two_sided);
+            let bounds = LightBounds::new(world.emitter_bounds(e), axis, cos, 0.0, power, two_sided);
             items.push((i as u32, bounds));
         }
         for (i, far) in self.far.iter().enumerate() {

@@ -56,7 +56,7 @@ impl World {
     /// An environment map in equal-area layout.
     #[inline]
     fn sky(&self, light: u32) -> Option<&Environment> {
-        match self.lights.far.get((light as usize).checked_sub(self.lights.emitters.len())?)? {
+        match self.lights.far.get((light as usize).checked_sub(self.lights.emitters.len())?)?.still()? {
             Far::Map(sky) if sky.mapping == EnvironmentMapping::EqualArea => Some(sky),
             _ => None,
         }

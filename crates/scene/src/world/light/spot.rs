@@ -99,9 +99,12 @@ impl FarLight for Spot {
     }
 
     fn bounds(&self, _: f32) -> Option<LightBounds> {
-        let spread = cos(safe_acos(self.cos_end) - safe_acos(self.cos_start));
         // As bright as the point light whose cone this is.
         let power = brightness(&self.intensity) * self.scale * 4.0 * PI;
+        if !self.light_from_world.keeps_angles() {
+            return Some(LightBounds::point(self.p, power));
+        }
+        let spread = cos(safe_acos(self.cos_end) - safe_acos(self.cos_start));
         Some(LightBounds::new(Bounds3::new(self.p, self.p), self.axis, self.cos_start, spread, power, false))
     }
 }
