@@ -259,7 +259,7 @@ fn geometry() {
         world(
             "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All AreaLightSource \"diffuse\" Shape \"sphere\""
         ),
-        ["note: the light moves with its shape; in pbrt it stays where it starts"]
+        ["note: the light moves with its shape; pbrt refuses lights on shapes that move"]
     );
 }
 
@@ -561,4 +561,43 @@ fn media_that_cannot_be_are_told_what_is_wrong() {
             "scene.pbrt:1:12 error: the `simplevolpath` integrator finds lights by chance, and so never a point, spot or distant light"
         ]
     );
+}
+
+/// Notes for who asks, once for each kind.
+#[test]
+fn traps_are_told_by_check_alone() {
+    let text = r#"
+Sampler "zsobol" "integer pixelsamples" 100
+Integrator "volpath" "integer maxdepth" 1
+WorldBegin
+LightSource "point" "blackbody I" 3000
+LightSource "point" "blackbody I" 4000
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+MakeNamedMaterial "a" "string type" "diffuse" "float displacement" 0.1
+MakeNamedMaterial "b" "string type" "dielectric" "spectrum eta" "glass-BK7"
+MakeNamedMaterial "c" "string type" "mix" "string materials" [ "a" "b" ] "float amount" 0.2
+AreaLightSource "diffuse" "float power" 60
+Shape "bilinearmesh" "point3 P" [ 0 0 0  1 0 0  0 1 0  1 1 0 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 0  1 0 0  1 1 0  0 1 0 ]
+Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  1 1 0  0 1 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+"#;
+    assert!(problems(text).is_empty(), "{:?}", problems(text));
+    let options = LoadOptions { traps: true, ..LoadOptions::default() };
+    let files = Memory::new().with("scene.pbrt", text);
+    let notes = list(&load_pbrt(Input::File(Path::new("scene.pbrt")), &files, &options));
+    let at = |line: u32, what: &str| {
+        assert!(notes.iter().any(|n| n.starts_with(&format!("scene.pbrt:{line}:")) && n.contains(what)), "{notes:#?}");
+    };
+    at(2, "64 or 128 may be less noisy");
+    at(3, "`maxdepth` 1 is light that is scattered once");
+    at(5, "gives the colour alone");
+    at(8, "moves nothing");
+    at(9, "one of its four wavelengths");
+    at(10, "the share of the second");
+    at(13, "crosses itself");
+    at(14, "all 2 together emit 2 times");
+    assert_eq!(notes.len(), 8, "{notes:#?}");
+    let files = Memory::new().with("scene.pbrt", "WorldBegin\n");
+    let notes = list(&load_pbrt(Input::File(Path::new("scene.pbrt")), &files, &options));
+    assert!(notes.is_empty(), "without `Integrator` nothing is stated: {notes:?}");
 }

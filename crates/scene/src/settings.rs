@@ -113,6 +113,8 @@ pub enum LightSelection {
     /// A tree over bounds of the emission (Conty Estevez and Kulla 2018).
     #[default]
     Tree,
+    /// By the same bounds, those of each light looked at.
+    Exhaustive,
 }
 
 /// The algorithms.

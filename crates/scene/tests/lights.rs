@@ -302,7 +302,7 @@ fn the_light_tree_finds_every_light_that_a_point_sees() {
 #[test]
 fn lights_are_chosen_by_what_they_shine_not_by_their_size() {
     // A point at the same distance from two alike lights, one a hundred times as bright.
-    for selection in [LightSelection::Power, LightSelection::Tree] {
+    for selection in [LightSelection::Power, LightSelection::Tree, LightSelection::Exhaustive] {
         let mut scene = empty();
         scene.settings.integrator.light_selection = selection;
         for (x, strength) in [(-1.0, 1.0), (1.0, 100.0)] {

@@ -378,8 +378,8 @@ pub(crate) struct RunArgs {
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub threads: Option<u16>,
 
-    /// Refuse to render if the scene and the picture would take more memory than this, as in 8G; before that, keep the scene's
-    /// pictures in a scratch file once they are read
+    /// Refuse to render if the scene and the picture would take more memory than this, as in 8G, beside some 15 MB that the program
+    /// itself takes; before that, keep the scene's pictures in a scratch file once they are read
     #[arg(long, value_name = "SIZE")]
     pub max_memory: Option<Memory>,
 

@@ -10,8 +10,10 @@ use crate::{numbers, opened};
 
 /// Prints every problem of a scene; the exit code.
 pub(crate) fn run(args: &SceneArg, console: &Console) -> Result<u8, Failure> {
-    let outcome =
-        opened::read(Some(&args.scene), &LoadOptions { model: args.model.options(None), ..LoadOptions::default() })?;
+    let outcome = opened::read(
+        Some(&args.scene),
+        &LoadOptions { model: args.model.options(None), traps: true, ..LoadOptions::default() },
+    )?;
     for d in &outcome.diagnostics {
         console.diagnostic(&d.render(&outcome.sources), true);
         console.out("");

@@ -348,6 +348,14 @@ fn int(v: u32) -> Attribute {
     Attribute::Int(i32::try_from(v).unwrap_or(i32::MAX))
 }
 
+/// Which build made a picture: processor, system, and the commit where whoever built it has said so.
+fn build() -> String {
+    use std::env::consts::{ARCH, OS};
+    let kind = if cfg!(debug_assertions) { ", with checks" } else { "" };
+    let commit = option_env!("STERADIAN_COMMIT").map_or(String::new(), |c| format!(", {c}"));
+    format!("{ARCH} {OS}{kind}{commit}")
+}
+
 /// What is known after rendering.
 fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
     meta.set("samplesPerPixel", int(rendered.spp));
@@ -363,6 +371,11 @@ fn describe(meta: &mut Metadata, rendered: &Rendered, threads: Option<usize>) {
     if let Some(bound) = rendered.bound {
         meta.set("steradian.errorBound", Attribute::Float(bound as f32));
     }
+    if let Some(error) = rendered.error {
+        // What progress and the summary show.
+        meta.set("steradian.relativeError", Attribute::Float(error as f32));
+    }
+    meta.set("steradian.build", text(build()));
     if rendered.bad_count > 0 {
         meta.set("steradian.badSamples", text(rendered.bad_count.to_string()));
     }

@@ -424,6 +424,9 @@ fn suggestion(args: &RenderArgs, outputs: &Outputs) -> String {
         (Some(_), _) if args.output.exposure == ExposureArg::Auto => {
             "--spp N takes more samples; --integrator normals, albedo or ao shows what the camera sees".into()
         }
+        (Some(_), Some(exr)) if outputs.pictures.len() == 1 => {
+            format!("steradian info {} tells how it was made", shell_word(exr))
+        }
         (Some(_), Some(exr)) => format!(
             "--exposure auto if the PNG is too dark or too bright; steradian info {} tells how it was made",
             shell_word(exr)

@@ -71,6 +71,7 @@ fn an_exr_says_how_it_was_made() {
     assert!(meta.number("renderTimeSeconds").is_some_and(|t| t > 0.0));
     let text = |name: &str| meta.text(name).unwrap_or_else(|| panic!("{name}")).to_owned();
     assert_eq!(text("steradian.version"), env!("CARGO_PKG_VERSION"));
+    assert!(text("steradian.build").starts_with(std::env::consts::ARCH));
     assert_eq!(text("steradian.scene"), "small.pbrt");
     assert_eq!(text("steradian.seed"), "7");
     assert_eq!(text("steradian.options"), "--spp 3 --seed 7 --sampler independent --max-depth 2 --color rgb");

@@ -157,6 +157,7 @@ impl Writer<'_> {
             LightSelection::Uniform => "uniform",
             LightSelection::Power => "power",
             LightSelection::Tree => "bvh",
+            LightSelection::Exhaustive => "exhaustive",
         };
         let sampler = format!(" \"string lightsampler\" \"{lights}\"");
         let regularize = if i.regularize { " \"bool regularize\" true" } else { "" };

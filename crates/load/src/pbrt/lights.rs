@@ -35,6 +35,7 @@ impl Loader<'_> {
     fn area_light(&mut self, p: &mut Params) -> Option<AreaLight> {
         let space = self.state.color_space;
         let given = self.spectrum(p, "L", SpectrumUse::Illuminant);
+        self.trap_of_light_spectra(p, "L");
         let mut scale = p.float("scale", 1.0);
         let two_sided = p.boolean("twosided", false);
         let power = Some(p.float("power", -1.0)).filter(|&phi| phi > 0.0);
@@ -121,6 +122,7 @@ impl Loader<'_> {
 
     /// The intensity of a light, and the factor that gives it luminous intensity `scale`.
     fn emission(&mut self, p: &mut Params, name: &'static str) -> Option<(Spectrum, f32)> {
+        self.trap_of_light_spectra(p, name);
         let spectrum = match self.spectrum(p, name, SpectrumUse::Illuminant) {
             Some(s) => s,
             None => white(self.state.color_space),

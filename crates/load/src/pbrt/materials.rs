@@ -103,6 +103,9 @@ impl Loader<'_> {
             if !matches!(material.scattering, Scattering::Mix { .. } | Scattering::Hair { .. } | Scattering::Interface)
             {
                 material.displacement = self.maybe_float_texture(&mut params, "displacement");
+                if material.displacement.is_some() {
+                    self.trap_of_bumps(&params);
+                }
                 if let Some((file, span)) = params.string("normalmap") {
                     let usage = ImageUse {
                         encoding: Some(Encoding::Linear),
@@ -209,7 +212,10 @@ impl Loader<'_> {
         }
         match self.spectrum(p, name, SpectrumUse::Unbounded) {
             Some(s) if s.is_constant() => Ior::Constant(s.eval_at(550.0)),
-            Some(s) => Ior::Spectrum(s),
+            Some(s) => {
+                self.trap_of_dispersion(p, name);
+                Ior::Spectrum(s)
+            }
             None => Ior::Constant(1.5),
         }
     }
@@ -365,6 +371,7 @@ impl Loader<'_> {
 
     fn mix(&mut self, p: &mut Params, built: &BuiltMaterials) -> Scattering {
         let amount = self.float_texture(p, "amount", 0.5);
+        self.trap_of_mix(p);
         let Some((names, span)) = p.strings("materials") else {
             p.error(format!("{} needs the names of two materials in `materials`", p.what()), None);
             return Scattering::Interface;

@@ -15,6 +15,7 @@ mod shapes;
 mod spectra;
 mod state;
 mod textures;
+mod traps;
 mod upgrade;
 mod world;
 
@@ -44,11 +45,18 @@ pub struct LoadOptions {
     pub max_include_depth: usize,
     /// What is said about a model that its file does not say.
     pub model: crate::ModelOptions,
+    /// Whether to note what is allowed in pbrt scenes and often not what was meant.
+    pub traps: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { max_film_bytes: 64 << 30, max_include_depth: 64, model: crate::ModelOptions::default() }
+        LoadOptions {
+            max_film_bytes: 64 << 30,
+            max_include_depth: 64,
+            model: crate::ModelOptions::default(),
+            traps: false,
+        }
     }
 }
 

@@ -105,6 +105,11 @@ impl Params {
         self.own.iter().rev().find(|p| p.name == name).map_or(self.span, |p| p.values_span)
     }
 
+    /// Whether the entity itself has a parameter of that name.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.own.iter().any(|p| p.name == name)
+    }
+
     /// The parameter itself, with the colour space that its RGB values are in.
     pub fn raw(&mut self, name: &'static str, types: &'static [ParamType]) -> Option<(Param, ColorSpace)> {
         let place = self.locate(name, types)?;

@@ -319,6 +319,7 @@ impl Loader<'_> {
         if let Some(seed) = p.maybe_int("seed") {
             settings.seed = i64::from(seed) as u64;
         }
+        self.trap_of_samples(&params, &kind, settings.spp);
         self.scene.settings.sampler = settings;
         self.done(params);
     }
@@ -455,6 +456,7 @@ impl Loader<'_> {
                 let hint = "light that is scattered once has depth 1";
                 params.diagnostics.push(Diagnostic::warning(what, params.span).with_hint(hint));
             }
+            self.trap_of_depth(&params, settings.max_depth);
         }
         self.scene.settings.integrator = settings;
         self.done(params);
@@ -521,21 +523,15 @@ impl Loader<'_> {
 
 /// How one light is picked among many.
 fn light_selection(p: &mut Params) -> LightSelection {
-    let chosen = p.choice(
+    p.choice(
         "lightsampler",
         &[
             ("bvh", LightSelection::Tree),
             ("uniform", LightSelection::Uniform),
             ("power", LightSelection::Power),
-            ("exhaustive", LightSelection::Tree),
+            ("exhaustive", LightSelection::Exhaustive),
         ],
-    );
-    if let Some((name, span)) = p.string("lightsampler")
-        && name == "exhaustive"
-    {
-        p.warning("the `exhaustive` light sampler is not supported yet; `bvh` is used instead", span);
-    }
-    chosen
+    )
 }
 
 /// Lens and window of the cameras that have no lens system.

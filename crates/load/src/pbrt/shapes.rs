@@ -44,9 +44,11 @@ impl Loader<'_> {
 
     /// Gives shapes the material, light, media and place of the graphics state.
     fn place(&mut self, shapes: Vec<Shape>, alpha: Option<FloatInput>, params: &mut Params) {
+        let light = self.state.area_light.clone();
+        let has_power = light.as_ref().is_some_and(|l| l.0.power.is_some());
+        self.traps_of_shapes(&shapes, has_power, params.span);
         let state = &self.state;
         let animated = state.is_animated();
-        let light = state.area_light.clone();
         if light.is_some() && self.object.is_some() {
             let note = "each instance of the object shines here; in pbrt none does";
             params.diagnostics.push(Diagnostic::note(note, params.span));
@@ -55,7 +57,7 @@ impl Loader<'_> {
             params.warning("light from curves is found by chance only, and so is noisy", None);
         }
         if light.is_some() && animated {
-            let note = "the light moves with its shape; in pbrt it stays where it starts";
+            let note = "the light moves with its shape; pbrt refuses lights on shapes that move";
             params.diagnostics.push(Diagnostic::note(note, params.span));
         }
         // A boundary between equal media is none.
@@ -80,7 +82,11 @@ impl Loader<'_> {
         }
         if animated {
             let motion = state.animated();
+            let count = primitives.len();
             let object = self.scene.objects.push(Object { name: String::new(), primitives, instances: Vec::new() });
+            if let Some(light) = &light {
+                self.emitters.extend((0..count).map(|i| (Some(object), i, light.1)));
+            }
             let instance = Instance { object, world_from_object: motion };
             match self.object {
                 Some(handle) => self.scene.objects[handle].instances.push(instance),

@@ -59,7 +59,9 @@ fn light_that_comes_from_everywhere_is_kept() {
 #[test]
 fn a_furnace_is_a_geometric_series() {
     for kind in [BDPT, IntegratorKind::LightPath] {
-        for selection in [LightSelection::Uniform, LightSelection::Power, LightSelection::Tree] {
+        for selection in
+            [LightSelection::Uniform, LightSelection::Power, LightSelection::Tree, LightSelection::Exhaustive]
+        {
             let depth = 4;
             let mut s = empty(4, 1, depth, ColorMode::Spectral, SamplerKind::PaddedSobol);
             s.settings.integrator.light_selection = selection;

@@ -49,7 +49,9 @@ fn inside_an_emitting_sphere_radiance_is_a_geometric_series() {
     let expected: f32 = (0..=depth).map(|k| steradian_math::powf(rho, k as f32)).sum();
     for color in [ColorMode::Rgb, ColorMode::Spectral] {
         for sampler in SAMPLERS {
-            for selection in [LightSelection::Uniform, LightSelection::Power, LightSelection::Tree] {
+            for selection in
+                [LightSelection::Uniform, LightSelection::Power, LightSelection::Tree, LightSelection::Exhaustive]
+            {
                 let mut s = empty(4, 64, depth, color, sampler);
                 s.settings.integrator.light_selection = selection;
                 let m = diffuse(&mut s, [rho; 3]);

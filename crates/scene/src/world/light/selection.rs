@@ -21,7 +21,8 @@ pub(super) enum Selection {
     /// In proportion to power.
     Power(AliasTable),
     /// Lights without a place alike, the rest by the tree. The second list is for callers that find lights by their lobes, too.
-    Tree { tree: LightTree, placeless: [Placeless; 2] },
+    /// `of_all`: without the tree's way down.
+    Tree { tree: LightTree, placeless: [Placeless; 2], of_all: bool },
 }
 
 /// Infinite and distant lights, which have no place in the tree.
@@ -57,7 +58,7 @@ impl Lights {
                 let weights: Vec<f32> = (0..n as u32).map(|i| self.power(world, i, radius)).collect();
                 AliasTable::new(&weights).map_or(Selection::Uniform(n as u32), Selection::Power)
             }
-            LightSelection::Tree => {
+            LightSelection::Tree | LightSelection::Exhaustive => {
                 let tree = LightTree::build(self.light_bounds(world, radius), n);
                 let first = self.emitters.len();
                 // A sky alone is worth two looks; beside lamps, the lamps have more need of them.
@@ -68,7 +69,8 @@ impl Lights {
                     let ids = (0..self.far.len()).filter(|&i| !left_out(&self.far[i])).map(|i| (first + i) as u32);
                     Placeless::new(ids.collect(), !tree.is_empty())
                 };
-                Selection::Tree { placeless: [placeless(false), placeless(true)], tree }
+                let of_all = how == LightSelection::Exhaustive;
+                Selection::Tree { placeless: [placeless(false), placeless(true)], tree, of_all }
             }
         }
     }
@@ -125,7 +127,7 @@ impl World {
                 let s = table.sample(u);
                 Some(Pick::new(s.index as u32, s.probability, s.remapped))
             }
-            Selection::Tree { tree, placeless } => {
+            Selection::Tree { tree, placeless, of_all } => {
                 let placeless = &placeless[usize::from(context.beside_lobes)];
                 let (p, below) = (placeless.probability, placeless.total());
                 if u < below {
@@ -139,7 +141,9 @@ impl World {
                 let from = &context.reference;
                 let share = 1.0 - below;
                 let u = ((u - below) / share).min(steradian_math::ONE_MINUS_EPSILON);
-                tree.sample(from.p, from.ns, u).map(|pick| Pick { probability: pick.probability * share, ..pick })
+                let pick =
+                    if *of_all { tree.sample_of_all(from.p, from.ns, u) } else { tree.sample(from.p, from.ns, u) };
+                pick.map(|pick| Pick { probability: pick.probability * share, ..pick })
             }
         }
     }
@@ -153,7 +157,7 @@ impl World {
         n: usize,
         out: &mut PickRows,
     ) -> bool {
-        let Selection::Tree { tree, placeless } = &self.lights.selection else { return false };
+        let Selection::Tree { tree, placeless, of_all: false } = &self.lights.selection else { return false };
         if !placeless[1].ids.is_empty() || tree.is_empty() {
             return false;
         }
@@ -171,13 +175,17 @@ impl World {
             Selection::None => 0.0,
             Selection::Uniform(n) => 1.0 / *n as f32,
             Selection::Power(table) => table.probability(light as usize),
-            Selection::Tree { tree, placeless } => {
+            Selection::Tree { tree, placeless, of_all } => {
                 let placeless = &placeless[usize::from(context.beside_lobes)];
                 if placeless.ids.contains(&light) {
                     placeless.probability
                 } else {
                     let from = &context.reference;
-                    tree.probability(from.p, from.ns, light) * (1.0 - placeless.total())
+                    let p = match of_all {
+                        true => tree.probability_of_all(from.p, from.ns, light),
+                        false => tree.probability(from.p, from.ns, light),
+                    };
+                    p * (1.0 - placeless.total())
                 }
             }
         }

@@ -4,6 +4,8 @@
 //! A binary tree is built by the surface area orientation heuristic, and nodes of eight are gathered from it: up to eight lights are
 //! told apart by one step, and the arithmetic of a step runs side by side for all children.
 
+mod exhaustive;
+
 use super::bounds::{LightBounds, Prepared};
 use super::selection::Pick;
 use super::side_by_side::{Many, SideBySide};
