@@ -12,6 +12,7 @@ mod environment;
 mod far;
 mod goniometric;
 mod lamp_points;
+mod lat_long;
 mod moving;
 mod point;
 mod portal;
@@ -19,6 +20,7 @@ mod projection;
 mod selection;
 mod sky_rows;
 mod spot;
+mod sun;
 mod tree;
 mod uniform;
 
