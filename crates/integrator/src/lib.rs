@@ -109,16 +109,18 @@ impl Integrator {
     /// The integrator that the world's settings describe. Building the world has checked them.
     pub fn new(world: &World) -> Self {
         let settings = &world.settings().integrator;
-        let (max_depth, regularize) = (settings.max_depth, settings.regularize);
+        let (max_depth, regularize, hide_lights) = (settings.max_depth, settings.regularize, settings.hide_lights);
         match settings.kind {
-            IntegratorKind::VolPath if world.has_media() => Self::VolPath(VolPath { max_depth, regularize }),
+            IntegratorKind::VolPath if world.has_media() => {
+                Self::VolPath(VolPath { max_depth, regularize, hide_lights })
+            }
             IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
             // Without media, path tracing through media is path tracing.
             IntegratorKind::Path | IntegratorKind::VolPath => {
                 let techniques = settings.techniques;
                 // Stratification is a matter of the numbers, and those both know by domain.
                 if (Techniques { stratify: Stratify::default(), ..techniques }) == Techniques::default() {
-                    Self::Path(Path { max_depth, regularize })
+                    Self::Path(Path { max_depth, regularize, hide_lights })
                 } else {
                     Self::SwitchedPath(SwitchedPath { max_depth, regularize, techniques })
                 }

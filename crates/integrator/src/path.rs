@@ -20,6 +20,8 @@ pub struct Path {
     pub max_depth: u32,
     /// Roughen lobes after the first non-specular bounce; biased.
     pub regularize: bool,
+    /// Whether the camera sees through lamps and past the sky.
+    pub hide_lights: bool,
 }
 
 /// How far a path has come.
@@ -102,6 +104,10 @@ impl Path {
     ) -> ControlFlow<()> {
         let Walk { ray, differential, radiance, beta, eta_scale, depth, p_lobe, previous, any_non_specular } = walk;
         let mut surface = world.surface(ray, hit);
+        if self.hide_lights && *depth == 0 && surface.light.is_some() {
+            *ray = surface.continue_ray(ray);
+            return ControlFlow::Continue(());
+        }
 
         // Add emission of the surface, weighted against light sampling at the previous vertex.
         if surface.is_emitter() {
@@ -260,7 +266,7 @@ impl Path {
         p_light: impl FnOnce(&LightContext) -> f32,
         record: &mut R,
     ) {
-        if emitted.is_black() {
+        if emitted.is_black() || (self.hide_lights && walk.depth == 0) {
             return;
         }
         let p_light = walk.previous.as_ref().map_or(0.0, p_light);

@@ -13,6 +13,7 @@ mod model;
 pub mod nanovdb;
 mod pbrt;
 pub mod ply;
+mod sky;
 mod tensor;
 
 pub use export::{Exported, PBRT_MARK, to_pbrt};

@@ -246,3 +246,49 @@ fn no_damage_to_a_file_is_more_than_an_error() {
         }
     }
 }
+
+#[test]
+fn the_sun_and_the_sky_stand_as_they_are_told() {
+    let with = |emitter: &str| {
+        SCENE.replace(r#"<emitter type="constant"><rgb name="radiance" value="0.1"/></emitter>"#, emitter)
+    };
+    let s = scene(&with(
+        r#"<emitter type="sunsky"><vector name="sun_direction" value="0, 3, 4"/><float name="sun_scale" value="0.5"/>
+        <transform name="to_world"><rotate x="1" angle="-90"/></transform></emitter>"#,
+    ));
+    assert_eq!(s.lights.len(), 2);
+    let Light::Sun { to_light, half_angle, profile, .. } = &s.lights[1] else { panic!("{:?}", s.lights[1]) };
+    assert!((to_light.y - 0.6).abs() < 1e-5 && (half_angle.to_degrees() - 0.2679).abs() < 1e-4 && profile.len() == 1);
+    let Light::ImageInfinite { world_from_light, image, .. } = &s.lights[0] else { panic!("no sky") };
+    // Up is +y: above the horizon there is light, below there is none.
+    let up = world_from_light.vector(steradian_math::Vec3::new(0.0, 0.0, 1.0));
+    assert!((up.y - 1.0).abs() < 1e-5);
+    let texels = &s.images[*image].texels;
+    assert!(texels.texel(5, 20, 2) > 0.0 && texels.texel(5, 500, 2) == 0.0);
+    World::build(s).unwrap();
+    let one = |emitter: &str| scene(&with(emitter)).lights;
+    assert!(matches!(one(r#"<emitter type="sun"/>"#)[..], [Light::Sun { .. }]));
+    assert!(matches!(one(r#"<emitter type="sky"/>"#)[..], [Light::ImageInfinite { .. }]));
+    let complex = one(r#"<emitter type="sunsky"><boolean name="complex_sun" value="true"/></emitter>"#);
+    assert!(matches!(&complex[1], Light::Sun { profile, .. } if profile.len() == 6));
+    // The older dialect has its own frame and names: in the afternoon of the northern summer the sun is in the west, which is -x.
+    let old = with(r#"<emitter type="sun"><float name="sunRadiusScale" value="2"/></emitter>"#)
+        .replace("version=\"3.0.0\"", "version=\"0.6.0\"");
+    let lights = scene(&old).lights;
+    let Light::Sun { to_light, half_angle, .. } = &lights[0] else { panic!("no sun") };
+    assert!(to_light.x < -0.5 && to_light.y > 0.5 && half_angle.to_degrees() > 0.5, "{to_light:?}");
+    // By night there is nothing, and it is said.
+    let night = load_text(&with(r#"<emitter type="sunsky"><float name="hour" value="22"/></emitter>"#), &[]);
+    assert!(night.scene.unwrap().lights.is_empty());
+    assert!(night.diagnostics.iter().any(|d| d.message.contains("below the horizon")));
+    for (bad, why) in [
+        (r#"<float name="turbidity" value="11"/>"#, "from 1 to 10"),
+        (r#"<float name="sun_aperture" value="0"/>"#, "above 0"),
+        (r#"<float name="sky_scale" value="-1"/>"#, "positive"),
+        (r#"<integer name="year" value="99999999999"/>"#, "of a date"),
+        (r#"<vector name="sun_direction" value="0, 0, 1"/><float name="hour" value="3"/>"#, "stated twice"),
+    ] {
+        let words = said(&with(&format!(r#"<emitter type="sunsky">{bad}</emitter>"#)));
+        assert!(words.contains(why), "{words}");
+    }
+}

@@ -75,6 +75,18 @@ pub enum Light {
         /// Factor.
         scale: f32,
     },
+    /// A round disc infinitely far away, such as the sun.
+    Sun {
+        /// Unit vector towards its middle, in world space.
+        to_light: Vec3,
+        /// The angle from its middle to its edge, in radians, above 0 and at most a right angle.
+        half_angle: f32,
+        /// Radiance up to `scale`, as a polynomial in the height over the disc of the ball that it is the outline of, 1 in the
+        /// middle and 0 at the edge: the coefficients of its powers 0, 1 and so on. An even disc has one.
+        profile: Vec<Spectrum>,
+        /// Factor.
+        scale: f32,
+    },
     /// A point whose intensity over directions is a picture.
     Goniometric {
         /// Light to world space; z is the pole of the picture.
@@ -170,7 +182,10 @@ impl Light {
     /// Whether a ray can run into the light by chance.
     pub fn has_extent(&self) -> bool {
         match self {
-            Self::UniformInfinite { .. } | Self::ImageInfinite { .. } | Self::PortalInfinite { .. } => true,
+            Self::Sun { .. }
+            | Self::UniformInfinite { .. }
+            | Self::ImageInfinite { .. }
+            | Self::PortalInfinite { .. } => true,
             Self::Moving { light, .. } => light.has_extent(),
             _ => false,
         }

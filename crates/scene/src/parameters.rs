@@ -188,6 +188,12 @@ fn visit_light(name: &str, light: &mut Light, images: &Arena<TextureImage>, foun
             found(&format!("{name}.radiance"), Slot::Emission(radiance, scale));
             found(&format!("{name}.to_light"), Slot::Direction(to_light));
         }
+        Light::Sun { to_light, profile, scale, .. } => {
+            if let [radiance] = profile.as_mut_slice() {
+                found(&format!("{name}.radiance"), Slot::Emission(radiance, scale));
+            }
+            found(&format!("{name}.to_light"), Slot::Direction(to_light));
+        }
         Light::UniformInfinite { radiance, scale } => {
             found(&format!("{name}.radiance"), Slot::Emission(radiance, scale));
         }

@@ -169,6 +169,14 @@ impl IntegratorKind {
         matches!(self, Self::VolPath | Self::SimpleVolPath | Self::LightPath | Self::Bdpt(_) | Self::Mlt(_))
     }
 
+    /// Whether it shows something else than light.
+    fn shows_no_light(self) -> bool {
+        matches!(
+            self,
+            Self::Function(_) | Self::Normals | Self::Albedo | Self::Depth | Self::Uv | Self::AmbientOcclusion { .. }
+        )
+    }
+
     /// Whether paths start at lights as well, or only there.
     pub fn starts_at_lights(self) -> bool {
         matches!(self, Self::LightPath | Self::Bdpt(_) | Self::Sppm(_) | Self::Mlt(_))
@@ -186,6 +194,8 @@ pub struct IntegratorSettings {
     pub light_selection: LightSelection,
     /// Whether lobes are roughened after the first non-specular bounce; biased.
     pub regularize: bool,
+    /// Whether the camera sees through lamps and past the sky, while everything else is lit by them. Path tracing alone knows.
+    pub hide_lights: bool,
     /// The switches of path tracing, also of that through media where a scene has none; no other algorithm reads more of
     /// them than the stratification.
     pub techniques: Techniques,
@@ -199,6 +209,9 @@ impl IntegratorSettings {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self, lights: &LightCensus) -> Result<(), SettingsError> {
+        if self.hide_lights && !(self.kind.shows_no_light() || self.follows_camera_paths(lights)) {
+            return Err(SettingsError::HiddenLights);
+        }
         match &self.kind {
             // Among media the switches are not read.
             IntegratorKind::VolPath if lights.media => Ok(()),
@@ -210,6 +223,15 @@ impl IntegratorSettings {
             IntegratorKind::Mlt(m) => m.check(lights, self.max_depth),
             IntegratorKind::Bdpt(_) => lights.check_light_paths("bdpt", false),
             _ => Ok(()),
+        }
+    }
+
+    /// Whether it is path tracing without its switches.
+    fn follows_camera_paths(&self, lights: &LightCensus) -> bool {
+        match self.kind {
+            IntegratorKind::VolPath => lights.media || self.techniques == Techniques::default(),
+            IntegratorKind::Path => self.techniques == Techniques::default(),
+            _ => false,
         }
     }
 
@@ -231,6 +253,7 @@ impl Default for IntegratorSettings {
             max_depth: 5,
             light_selection: LightSelection::Tree,
             regularize: false,
+            hide_lights: false,
             techniques: Techniques::default(),
             report: None,
         }

@@ -291,6 +291,12 @@ pub enum SettingsError {
         /// The integrator.
         integrator: &'static str,
     },
+    /// Lamps that the camera shall not see.
+    #[error(
+        "the scene hides its lights from the camera (`hide_emitters`), which `path` and `volpath` do, without switches \
+         of their techniques"
+    )]
+    HiddenLights,
     /// Translucent objects.
     #[error(
         "the `{integrator}` integrator does not follow light below translucent (`subsurface`) surfaces; `path` and `volpath` do"

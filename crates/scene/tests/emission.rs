@@ -321,8 +321,10 @@ fn infinite_lights_emit_what_is_received() {
         let context = LightContext::of_point(at.p, 0.0);
         w.sample_light(&context, 0.5, [0.4, 0.6], &Wavelengths::rgb()).is_some()
     });
+    let sun = lit(|_| Light::Sun { to_light, half_angle: 0.4, profile: vec![radiance.clone(); 3], scale });
     for (name, world, which) in [
         ("uniform", uniform, Some(0)),
+        ("sun", sun, Some(0)),
         ("distant", distant, None),
         ("equal-area map", map(EnvironmentMapping::EqualArea, 16, 16), Some(0)),
         ("latitude and longitude", map(EnvironmentMapping::LatLong, 24, 12), Some(0)),

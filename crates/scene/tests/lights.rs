@@ -161,6 +161,13 @@ fn skies_are_sampled_with_their_density() {
     let (alone, beside) = (LightContext::of_point(p, 0.0), LightContext::of_point(p, 0.0).beside_lobes());
     check_sky("uniform sky", &World::build(scene).unwrap(), alone, p);
     let world_from_light = moved(3.0, 1.0, 2.0);
+    for half_angle in [0.7, 1.5] {
+        let mut scene = empty();
+        let (radiance, scale) = white();
+        let to_light = Vec3::new(0.3, -0.5, 0.4).normalize();
+        scene.lights.push(Light::Sun { to_light, half_angle, profile: vec![radiance.clone(), radiance], scale });
+        check_sky("sun", &World::build(scene).unwrap(), alone, p);
+    }
     for (mapping, size, wrap) in [
         (EnvironmentMapping::EqualArea, [8, 8], [Wrap::Octahedral; 2]),
         (EnvironmentMapping::LatLong, [12, 6], [Wrap::Repeat, Wrap::Clamp]),
@@ -171,6 +178,43 @@ fn skies_are_sampled_with_their_density() {
         let world = World::build(scene).unwrap();
         check_sky("map", &world, alone, p);
         check_sky("peaks of a map", &world, beside, p);
+    }
+}
+
+/// A lone texel of 1e5 in a dim map, near a pole and at the seam too: every sample carries nearly the same light, so that no sample is a firefly.
+#[test]
+fn a_tiny_sun_in_a_map_makes_no_fireflies() {
+    let w = Wavelengths::rgb();
+    for (x, y) in [(20, 9), (0, 14), (63, 1), (31, 0), (5, 31)] {
+        let mut scene = empty();
+        let mut pixels = vec![[0.1; 3]; 64 * 32];
+        pixels[y * 64 + x] = [1e5; 3];
+        let texels = Texels::from_image(&Image::from_rgb(64, 32, &pixels).unwrap()).unwrap();
+        let (lookup, wrap, color_space) = (Lookup::Bilinear, [Wrap::Repeat, Wrap::Clamp], ColorSpace::Srgb);
+        let image = scene.images.push(TextureImage { name: String::new(), texels, lookup, wrap, color_space });
+        let world_from_light = moved(0.0, 0.0, 0.0);
+        scene.lights.push(Light::ImageInfinite {
+            world_from_light,
+            image,
+            mapping: EnvironmentMapping::LatLong,
+            scale: 1.0,
+        });
+        let world = World::build(scene).unwrap();
+        let mut rng = TestRng::new(7);
+        let context = LightContext::of_point(Point3::default(), 0.0);
+        let contributions: Vec<f64> = (0..20_000)
+            .map(|_| {
+                let s = world.sample_light(&context, rng.f32(), rng.f32_2d(), &w).unwrap();
+                f64::from(s.radiance.0[1] / s.pdf)
+            })
+            .collect();
+        let mean = contributions.iter().sum::<f64>() / contributions.len() as f64;
+        let most = contributions.iter().fold(0.0f64, |a, &b| a.max(b));
+        // Close to a pole the sine varies within a cell.
+        let pole = !(2..=29).contains(&y);
+        assert!(most < mean * if pole { 1.8 } else { 1.2 }, "({x}, {y}): {most} beside a mean of {mean}");
+        let deviation = contributions.iter().map(|c| (c / mean - 1.0) * (c / mean - 1.0)).sum::<f64>() / 20_000.0;
+        assert!(deviation.sqrt() < if pole { 0.35 } else { 0.1 }, "({x}, {y}): {}", deviation.sqrt());
     }
 }
 

@@ -192,6 +192,7 @@ fn light_name(light: &Light) -> &'static str {
         Light::Point { .. } => "point",
         Light::Spot { .. } => "spot",
         Light::Distant { .. } => "distant",
+        Light::Sun { .. } => "disc at infinity",
         Light::Goniometric { .. } => "goniometric",
         Light::Projection { .. } => "projection",
         Light::Cone { .. } => "cone",

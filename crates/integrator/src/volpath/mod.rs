@@ -24,6 +24,8 @@ pub struct VolPath {
     pub max_depth: u32,
     /// Roughen lobes after the first non-specular bounce; biased.
     pub regularize: bool,
+    /// Whether the camera sees through lamps and past the sky.
+    pub hide_lights: bool,
 }
 
 /// What became of a ray in a medium.
@@ -67,7 +69,11 @@ impl VolPath {
                     Flown::Ended => break,
                 }
             }
+            let hides = self.hide_lights && walk.depth == 0;
             let Some(hit) = hit else {
+                if hides {
+                    break;
+                }
                 for &light in world.infinite_lights() {
                     let emitted = world.environment(light, &walk.ray, wavelengths);
                     walk.add_emission(world, emitted, Some(light), None, wavelengths, record);
@@ -75,6 +81,11 @@ impl VolPath {
                 break;
             };
             let mut surface = world.surface(&walk.ray, &hit);
+            if hides && surface.light.is_some() {
+                walk.medium = world.medium_beyond(&surface, walk.ray.d, walk.medium);
+                walk.ray = surface.continue_ray(&walk.ray);
+                continue;
+            }
 
             // Add emission of the surface, weighted against light sampling at the previous vertex.
             if surface.is_emitter() {

@@ -4,10 +4,10 @@ use super::Writer;
 use super::bake::{Baked, Flat};
 use super::text::{list, number, quoted, spectrum, transform, triples};
 use steradian_image::{Precision, Texels};
-use steradian_math::{Transform, Vec3, safe_acos};
+use steradian_math::{PI, Transform, Vec3, safe_acos, sin_cos};
 use steradian_sampling::warp::{lat_long_to_square, square_to_octahedral};
 use steradian_scene::{AreaLight, EnvironmentMapping, Handle, Light, Mapping2, TextureImage};
-use steradian_spectrum::{ColorSpace, Spectrum};
+use steradian_spectrum::{ColorSpace, Dense, Spectrum, SpectrumUse};
 
 impl Writer<'_> {
     pub(super) fn area_light(&mut self, l: &AreaLight) -> String {
@@ -71,6 +71,20 @@ impl Writer<'_> {
             Light::Distant { to_light: d, radiance, scale } => {
                 let from = list(&[d.x, d.y, d.z]);
                 let light = emission("L", radiance, *scale);
+                format!("LightSource \"distant\" \"point3 from\" {from} \"point3 to\" [ 0 0 0 ] {light}")
+            }
+            Light::Sun { to_light: d, half_angle, profile, scale } => {
+                self.note("the disc of a sun becomes parallel light: its shadows are sharp, and it is not seen");
+                let half = sin_cos(0.5 * half_angle).0;
+                let solid_angle = 4.0 * PI * half * half;
+                // The mean of a power of the height over a disc is 2 / (power + 2).
+                let mean = |f: &dyn Fn(&Spectrum) -> f32| {
+                    (2u8..).zip(profile).map(|(k, s)| f(s) * 2.0 / f32::from(k)).sum::<f32>().max(0.0)
+                };
+                let table = Dense::from_fn(|l| mean(&|s| s.eval_at(l)));
+                let radiance = Spectrum::dense(table, SpectrumUse::Illuminant);
+                let from = list(&[d.x, d.y, d.z]);
+                let light = emission("L", &radiance, scale * solid_angle);
                 format!("LightSource \"distant\" \"point3 from\" {from} \"point3 to\" [ 0 0 0 ] {light}")
             }
             Light::Goniometric { world_from_light, intensity, image, scale } => {

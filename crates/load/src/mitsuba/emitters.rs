@@ -73,6 +73,12 @@ impl Mitsuba<'_> {
             "spot" => self.spot(e, &world),
             "projector" => self.projector(e, &world),
             "envmap" => self.envmap(e, &world),
+            "sunsky" | "sky" | "sun" => {
+                let lights = self.sun_and_sky(e, &world);
+                self.finish(e);
+                self.scene.lights.extend(lights);
+                return;
+            }
             _ => {
                 self.not_built(e);
                 return;

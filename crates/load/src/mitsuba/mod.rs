@@ -9,6 +9,7 @@ mod media;
 mod sensors;
 mod shapes;
 mod spectra;
+mod sunsky;
 mod tree;
 
 use crate::files::FileAccess;
@@ -170,8 +171,8 @@ impl Mitsuba<'_> {
             }
             _ => self.not_built(o),
         }
-        if let Some(Value::Boolean(true)) = o.get("hide_emitters").map(|p| &p.value) {
-            self.note_once("`hide_emitters` is not followed: lights are seen", o.span);
+        if self.flag(o, "hide_emitters", false) {
+            self.scene.settings.integrator.hide_lights = true;
         }
     }
 

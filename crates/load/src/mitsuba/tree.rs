@@ -112,6 +112,11 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Whether the scene is of a version before 2.
+    pub fn is_old(&self) -> bool {
+        self.upgrade
+    }
+
     fn span(&self, node: Node) -> Span {
         let r = node.range();
         // The opening tag is what a reader looks for.

@@ -53,6 +53,15 @@ impl Piecewise2D {
         [self.nx, self.ny]
     }
 
+    /// A cell with probability proportional to its value, and where in the cell the numbers point to, uniformly.
+    #[inline]
+    pub fn sample_cell(&self, u: [f32; 2]) -> ([usize; 2], [f32; 2]) {
+        let row = self.marginal.sample_discrete(u[1]);
+        let cdf = self.row_cdf(row.index);
+        let column = find_between(cdf, guided(self.row_guide(row.index), u[0]), u[0]);
+        ([column, row.index], [inside(cdf, column, u[0]), row.remapped])
+    }
+
     /// A point with density proportional to the values, and that density with respect to area.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], f32) {
@@ -89,9 +98,7 @@ impl Piecewise2D {
     fn column(&self, row: usize, between: [u32; 2], u: f32) -> (f32, usize) {
         let cdf = self.row_cdf(row);
         let column = find_between(cdf, between, u);
-        let (low, high) = (cdf[column], cdf[column + 1]);
-        let inside = if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 };
-        (((column as f32 + inside) / self.nx as f32).min(ONE_MINUS_EPSILON), column)
+        (((column as f32 + inside(cdf, column, u)) / self.nx as f32).min(ONE_MINUS_EPSILON), column)
     }
 
     /// Density at `p` with respect to area; zero outside the square.
@@ -136,6 +143,13 @@ impl Piecewise2D {
     }
 }
 
+/// How far a random number is on its way through a cell of its row.
+#[inline]
+fn inside(cdf: &[f32], column: usize, u: f32) -> f32 {
+    let (low, high) = (cdf[column], cdf[column + 1]);
+    if high > low { ((u - low) / (high - low)).min(ONE_MINUS_EPSILON) } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -150,6 +164,10 @@ mod tests {
             let u = [((i % n) as f32 + 0.5) / n as f32, ((i / n) as f32 + 0.5) / n as f32];
             let (p, pdf) = d.sample(u);
             assert!(pdf > 0.0 && (pdf - d.pdf(p)).abs() < 1e-5);
+            let (cell, inside) = d.sample_cell(u);
+            for k in 0..2 {
+                assert!((3.0 * p[k] - cell[k] as f32 - inside[k]).abs() < 1e-4);
+            }
             let v = d.invert(p).unwrap();
             assert!((v[0] - u[0]).abs() < 1e-5 && (v[1] - u[1]).abs() < 1e-5);
             counts[(p[1] * 3.0) as usize * 3 + (p[0] * 3.0) as usize] += 1;

@@ -3,13 +3,16 @@
 
 use super::emission::{Ball, FarEmission, from_infinity};
 use super::far::{FarLight, FarSample};
+use super::lat_long::LatLongDensity;
 use crate::world::texture::rgb_lanes;
 use crate::{Arena, EnvironmentMapping, Handle, TextureImage};
 use steradian_image::Texels;
 use steradian_image::Wrap;
-use steradian_math::{INV_4PI, PI, Point3, Ray, Transform, Vec3, safe_sqrt, sin_cos};
+use steradian_math::{INV_4PI, PI, Point3, Ray, Transform, Vec3};
 use steradian_sampling::Piecewise2D;
-use steradian_sampling::warp::{lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_octahedral};
+use steradian_sampling::warp::{
+    lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_lat_long_pdf, square_to_octahedral,
+};
 use steradian_spectrum::{Lanes, SpectrumUse, Wavelengths};
 
 /// An environment map with the tables to sample it.
@@ -19,9 +22,33 @@ pub(super) struct Environment {
     scale: f32,
     pub(super) mapping: EnvironmentMapping,
     pub(super) world_from_light: Transform,
-    distribution: Option<Piecewise2D>,
-    /// The same less its mean: where lobes find the rest.
-    pub(super) beside_lobes: Option<Piecewise2D>,
+    /// `None` for a black map.
+    density: Option<Density>,
+}
+
+/// How directions are chosen: as the picture is looked up.
+#[derive(Clone, Debug)]
+enum Density {
+    /// Texel by texel; and the same less its mean, where lobes find the rest.
+    Texels { all: Piecewise2D, peaks: Piecewise2D },
+    /// Between texels.
+    LatLong(LatLongDensity),
+}
+
+impl Density {
+    fn sample(&self, u: [f32; 2], beside_lobes: bool) -> ([f32; 2], f32) {
+        match self {
+            Self::Texels { all, peaks } => if beside_lobes { peaks } else { all }.sample(u),
+            Self::LatLong(d) => d.sample(u, beside_lobes),
+        }
+    }
+
+    fn pdf(&self, uv: [f32; 2], beside_lobes: bool) -> f32 {
+        match self {
+            Self::Texels { all, peaks } => if beside_lobes { peaks } else { all }.pdf(uv),
+            Self::LatLong(d) => d.pdf(uv, beside_lobes),
+        }
+    }
 }
 
 /// The colour of a texel; grey where there is one colour channel only.
@@ -68,29 +95,21 @@ impl Environment {
         scale: f32,
     ) -> Self {
         let (w, h) = (texels.width(), texels.height());
-        let mut values = vec![0.0f32; w * h];
-        // The solid angle of a row, relative to the equator.
-        let weight = |y: usize| match mapping {
-            EnvironmentMapping::EqualArea => 1.0,
-            EnvironmentMapping::LatLong => sin_cos(PI * (y as f32 + 0.5) / h as f32).0,
+        let brightness = |x: usize, y: usize| (rgb_at(texels, x, y).iter().sum::<f32>() / 3.0).max(0.0);
+        let density = match mapping {
+            EnvironmentMapping::EqualArea => by_texels(w, h, brightness),
+            EnvironmentMapping::LatLong => LatLongDensity::new(w, h, brightness).map(Density::LatLong),
         };
-        for y in 0..h {
-            for x in 0..w {
-                let rgb = rgb_at(texels, x, y);
-                values[y * w + x] = (rgb.iter().sum::<f32>() / 3.0).max(0.0) * weight(y);
-            }
+        Self { image, scale, mapping, world_from_light, density }
+    }
+
+    /// The density beside lobes of a map that is looked up texel by texel.
+    #[inline]
+    pub(super) fn peaks(&self) -> Option<&Piecewise2D> {
+        match &self.density {
+            Some(Density::Texels { peaks, .. }) => Some(peaks),
+            _ => None,
         }
-        // Where the picture is interpolated, a dark pixel beside a bright one still shines: give it a share.
-        if mapping == EnvironmentMapping::LatLong {
-            values = spread(&values, w, h);
-        }
-        let total = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>();
-        let mean = total(&mut values.iter().copied()) / (total(&mut (0..h).map(weight)) * w as f64);
-        let peaks = (0..w * h).map(|i| (values[i] - mean as f32 * weight(i / w)).max(0.0)).collect();
-        let distribution = Piecewise2D::new(values, w, h);
-        // A map without features has no peaks.
-        let beside_lobes = Piecewise2D::new(peaks, w, h).or_else(|| distribution.clone());
-        Self { image, scale, mapping, world_from_light, distribution, beside_lobes }
     }
 
     #[inline(always)]
@@ -128,8 +147,8 @@ impl Environment {
     }
 
     /// A direction towards the map (world space) and its density per solid angle. `None` for a black map.
-    fn sample_direction(&self, distribution: Option<&Piecewise2D>, u: [f32; 2]) -> Option<(Vec3, f32)> {
-        let (uv, pdf) = distribution?.sample(u);
+    fn sample_direction(&self, u: [f32; 2], beside_lobes: bool) -> Option<(Vec3, f32)> {
+        let (uv, pdf) = self.density.as_ref()?.sample(u, beside_lobes);
         let local = match self.mapping {
             EnvironmentMapping::EqualArea => square_to_octahedral(uv),
             EnvironmentMapping::LatLong => square_to_lat_long(uv),
@@ -139,10 +158,10 @@ impl Environment {
     }
 
     /// The density per solid angle of `sample_direction`.
-    fn pdf_direction(&self, distribution: Option<&Piecewise2D>, d: Vec3) -> f32 {
-        let Some(distribution) = distribution else { return 0.0 };
+    fn pdf_direction(&self, d: Vec3, beside_lobes: bool) -> f32 {
+        let Some(density) = &self.density else { return 0.0 };
         let local = self.local(d);
-        let pdf = distribution.pdf(self.square_of(local)) * self.square_to_sphere_density(local);
+        let pdf = density.pdf(self.square_of(local), beside_lobes) * self.square_to_sphere_density(local);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
@@ -150,14 +169,17 @@ impl Environment {
     fn square_to_sphere_density(&self, local: Vec3) -> f32 {
         match self.mapping {
             EnvironmentMapping::EqualArea => INV_4PI,
-            EnvironmentMapping::LatLong => 1.0 / (2.0 * PI * PI * safe_sqrt(1.0 - local.z * local.z)),
+            EnvironmentMapping::LatLong => square_to_lat_long_pdf(local),
         }
     }
 
     /// The mean brightness over the sphere, before `scale`: for choosing among lights.
     fn mean_brightness(&self) -> f32 {
-        let weight = if self.mapping == EnvironmentMapping::LatLong { PI / 2.0 } else { 1.0 };
-        self.distribution.as_ref().map_or(0.0, |d| d.integral() * weight)
+        match &self.density {
+            None => 0.0,
+            Some(Density::Texels { all, .. }) => all.integral(),
+            Some(Density::LatLong(d)) => d.mean(),
+        }
     }
 }
 
@@ -180,13 +202,13 @@ impl FarLight for Environment {
 
     #[inline]
     fn sample(&self, images: &Arena<TextureImage>, _: Point3, u: [f32; 2], w: &Wavelengths) -> Option<FarSample> {
-        let (wi, pdf) = self.sample_direction(self.distribution.as_ref(), u)?;
+        let (wi, pdf) = self.sample_direction(u, false)?;
         FarSample::infinite(self.lanes(images, wi, w), wi, pdf)
     }
 
     #[inline]
     fn pdf(&self, _: Point3, wi: Vec3) -> f32 {
-        self.pdf_direction(self.distribution.as_ref(), wi)
+        self.pdf_direction(wi, false)
     }
 
     #[inline]
@@ -197,13 +219,13 @@ impl FarLight for Environment {
         u: [f32; 2],
         w: &Wavelengths,
     ) -> Option<FarSample> {
-        let (wi, pdf) = self.sample_direction(self.beside_lobes.as_ref(), u)?;
+        let (wi, pdf) = self.sample_direction(u, true)?;
         FarSample::infinite(self.lanes(images, wi, w), wi, pdf)
     }
 
     #[inline]
     fn pdf_beside_lobes(&self, _: Point3, wi: Vec3) -> f32 {
-        self.pdf_direction(self.beside_lobes.as_ref(), wi)
+        self.pdf_direction(wi, true)
     }
 
     #[inline]
@@ -219,12 +241,12 @@ impl FarLight for Environment {
         ud: [f32; 2],
         w: &Wavelengths,
     ) -> Option<FarEmission> {
-        let (wi, pdf) = self.sample_direction(self.distribution.as_ref(), ud)?;
+        let (wi, pdf) = self.sample_direction(ud, false)?;
         Some(from_infinity(ball, wi, self.lanes(images, wi, w), pdf, up))
     }
 
     fn emission_pdf(&self, ball: &Ball, d: Vec3) -> [f32; 2] {
-        [self.pdf_direction(self.distribution.as_ref(), -d), ball.pdf()]
+        [self.pdf_direction(-d, false), ball.pdf()]
     }
 
     fn power(&self, images: &Arena<TextureImage>, scene_radius: f32) -> f32 {
@@ -233,22 +255,16 @@ impl FarLight for Environment {
     }
 }
 
-/// Raises each value to a share of its brightest neighbour.
-fn spread(values: &[f32], w: usize, h: usize) -> Vec<f32> {
-    const SHARE: f32 = 0.25;
-    let mut out = values.to_vec();
-    for y in 0..h {
-        for x in 0..w {
-            let mut most = 0.0f32;
-            for dy in -1i64..=1 {
-                let yy = (y as i64 + dy).clamp(0, h as i64 - 1) as usize;
-                for dx in -1i64..=1 {
-                    let xx = (x as i64 + dx).rem_euclid(w as i64) as usize;
-                    most = most.max(values[yy * w + xx]);
-                }
-            }
-            out[y * w + x] = values[y * w + x].max(SHARE * most);
-        }
+/// The density of a picture that is looked up texel by texel, all of which are equally large.
+fn by_texels(w: usize, h: usize, brightness: impl Fn(usize, usize) -> f32) -> Option<Density> {
+    let values: Vec<f32> = (0..w * h).map(|i| brightness(i % w, i / w)).collect();
+    let mean = (values.iter().map(|&v| f64::from(v)).sum::<f64>() / (w * h) as f64) as f32;
+    if mean == 0.0 {
+        return None;
     }
-    out
+    let peaks: Vec<f32> = values.iter().map(|v| (v - mean).max(0.0)).collect();
+    let all = Piecewise2D::new(values, w, h)?;
+    // A map without features has no peaks.
+    let peaks = if peaks.iter().any(|&p| p > 0.0) { Piecewise2D::new(peaks, w, h)? } else { all.clone() };
+    Some(Density::Texels { all, peaks })
 }

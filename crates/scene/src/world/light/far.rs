@@ -10,6 +10,7 @@ use super::point::PointLight;
 use super::portal::Portal;
 use super::projection::Projection;
 use super::spot::Spot;
+use super::sun::Sun;
 use super::uniform::Uniform;
 use crate::{Arena, Light, TextureImage};
 use steradian_math::{Point3, Ray, Vec3};
@@ -122,6 +123,7 @@ pub(super) enum Far {
     Spot(Spot),
     Cone(Cone),
     Distant(Distant),
+    Sun(Sun),
     Goniometric(Goniometric),
     Projection(Projection),
     Uniform(Uniform),
@@ -137,6 +139,7 @@ macro_rules! with_far {
             Far::Spot($l) => $body,
             Far::Cone($l) => $body,
             Far::Distant($l) => $body,
+            Far::Sun($l) => $body,
             Far::Goniometric($l) => $body,
             Far::Projection($l) => $body,
             Far::Uniform($l) => $body,
@@ -158,6 +161,9 @@ impl Far {
             }
             Light::Distant { to_light, radiance, scale } => {
                 Self::Distant(Distant { to_light: *to_light, radiance: radiance.clone(), scale: *scale })
+            }
+            Light::Sun { to_light, half_angle, profile, scale } => {
+                Self::Sun(Sun::new(*to_light, *half_angle, profile.clone(), *scale))
             }
             Light::Goniometric { world_from_light, intensity, image, scale } => {
                 Self::Goniometric(Goniometric::new(world_from_light, intensity.clone(), *image, *scale, images))

@@ -12,6 +12,7 @@ mod environment;
 mod far;
 mod goniometric;
 mod lamp_points;
+mod lat_long;
 mod moving;
 mod point;
 mod portal;
@@ -20,6 +21,7 @@ mod selection;
 mod side_by_side;
 mod sky_rows;
 mod spot;
+mod sun;
 mod tree;
 mod uniform;
 

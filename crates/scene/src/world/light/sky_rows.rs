@@ -73,7 +73,7 @@ impl World {
         let n = rows.places.len();
         rows.lit = Row::default();
         let Some(sky) = self.sky(light) else { return };
-        let Some(distribution) = &sky.beside_lobes else { return };
+        let Some(distribution) = sky.peaks() else { return };
         distribution.sample_rows(&mut rows.u, &mut rows.pdf, n);
         dispatch!(level, _simd => point_at(sky, rows, row_end(n)));
     }
@@ -100,7 +100,7 @@ impl World {
             return 0.0;
         }
         let square = [rows.square[0].0[i], rows.square[1].0[i]];
-        let distribution = self.sky(light).and_then(|sky| sky.beside_lobes.as_ref());
+        let distribution = self.sky(light).and_then(Environment::peaks);
         let pdf = distribution.map_or(0.0, |d| d.pdf(square) * INV_4PI);
         if pdf.is_finite() { pdf * probability } else { 0.0 }
     }
