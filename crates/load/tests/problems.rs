@@ -601,3 +601,18 @@ Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  1 1 0  0 1 0 ] "integer indices"
     let notes = list(&load_pbrt(Input::File(Path::new("scene.pbrt")), &files, &options));
     assert!(notes.is_empty(), "without `Integrator` nothing is stated: {notes:?}");
 }
+
+#[test]
+fn lights_that_chance_never_finds_are_left_out_with_a_word() {
+    let text = "Integrator \"randomwalk\"\nWorldBegin\nLightSource \"point\"\nLightSource \"infinite\" \"string lightgroup\" \"sky\"\n";
+    let out = load_with(text, &Memory::new());
+    let said = list(&out);
+    assert!(
+        said.len() == 1 && said[0].starts_with("scene.pbrt:1:12 warning:") && said[0].contains("1 left out"),
+        "{said:?}"
+    );
+    let scene = out.scene.expect("a scene");
+    assert_eq!((scene.lights.len(), scene.groups_of_lights.len()), (1, 1));
+    let group = scene.groups_of_lights[0].expect("a group");
+    assert_eq!(scene.light_groups[group].name, "sky");
+}

@@ -458,8 +458,28 @@ impl Loader<'_> {
             }
             self.trap_of_depth(&params, settings.max_depth);
         }
+        if !settings.techniques.light_sampling {
+            self.leave_out_points(&mut params);
+        }
         self.scene.settings.integrator = settings;
         self.done(params);
+    }
+
+    /// Takes away the lights that an integrator without light sampling never finds; pbrt keeps silent about them.
+    fn leave_out_points(&mut self, p: &mut Params) {
+        let kept: Vec<bool> = self.scene.lights.iter().map(steradian_scene::Light::has_extent).collect();
+        let lost = kept.iter().filter(|&&k| !k).count();
+        if lost == 0 {
+            return;
+        }
+        let mut of_lights = kept.iter();
+        self.scene.lights.retain(|_| of_lights.next() != Some(&false));
+        let mut of_groups = kept.iter();
+        self.scene.groups_of_lights.retain(|_| of_groups.next() != Some(&false));
+        let message =
+            format!("points, spots and distant lights are never found by chance: {lost} left out, as in pbrt");
+        let hint = "another `Integrator` in the scene shows them";
+        p.diagnostics.push(Diagnostic::warning(message, p.span).with_hint(hint));
     }
 
     /// `Option "name" value`.
