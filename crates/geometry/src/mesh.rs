@@ -168,17 +168,28 @@ impl TriangleMesh {
     /// The texture coordinates at the vertices of face `i`.
     #[inline]
     pub fn face_uvs(&self, i: usize) -> [Point2; 3] {
+        self.corner_uvs(self.indices[i])
+    }
+
+    #[inline]
+    fn corner_uvs(&self, corners: [u32; 3]) -> [Point2; 3] {
         if self.uvs.is_empty() {
             [Point2::new(0.0, 0.0), Point2::new(1.0, 0.0), Point2::new(1.0, 1.0)]
         } else {
-            self.indices[i].map(|v| self.uvs[v as usize])
+            corners.map(|v| self.uvs[v as usize])
         }
     }
 
     /// The texture coordinates at barycentric `b1`, `b2` of face `i`.
     #[inline]
     pub fn uv(&self, i: usize, b1: f32, b2: f32) -> Point2 {
-        let uv = self.face_uvs(i);
+        self.uv_between(self.indices[i], b1, b2)
+    }
+
+    /// The texture coordinates at barycentric `b1`, `b2` between three vertices, which are those of a face.
+    #[inline]
+    pub fn uv_between(&self, corners: [u32; 3], b1: f32, b2: f32) -> Point2 {
+        let uv = self.corner_uvs(corners);
         uv[0] * (1.0 - b1 - b2) + uv[1] * b1 + uv[2] * b2
     }
 
@@ -251,18 +262,25 @@ impl TriangleMesh {
         }
     }
 
+    /// The derivatives of position with respect to texture coordinates on face `i`, which must have an area; any tangents where
+    /// there are no such coordinates.
+    pub fn position_derivatives(&self, i: usize) -> [Vec3; 2] {
+        let triangle = self.triangle(i);
+        let [p0, p1, p2] = triangle.p;
+        derivatives(&self.face_uvs(i), p0 - p2, p1 - p2)
+            .filter(|[u, v]| u.cross(*v).length_squared() > 0.0)
+            .unwrap_or_else(|| {
+                let frame = Frame::from_z(triangle.normal());
+                [frame.x, frame.y]
+            })
+    }
+
     /// Everything about the point with barycentric coordinates `b1`, `b2` of face `i`, which must have an area.
     pub fn interaction(&self, i: usize, b1: f32, b2: f32) -> SurfaceHit {
         let triangle = self.triangle(i);
         let uvs = self.face_uvs(i);
-        let [p0, p1, p2] = triangle.p;
         let n = triangle.normal();
-        let [dpdu, dpdv] = derivatives(&uvs, p0 - p2, p1 - p2)
-            .filter(|[u, v]| u.cross(*v).length_squared() > 0.0)
-            .unwrap_or_else(|| {
-                let frame = Frame::from_z(n);
-                [frame.x, frame.y]
-            });
+        let [dpdu, dpdv] = self.position_derivatives(i);
         let (p, p_error) = triangle.point(b1, b2);
         let vertex_normal = self.vertex_normal(i, b1, b2);
         let n = self.orient(n, vertex_normal);

@@ -110,6 +110,41 @@ impl Lookup {
     }
 }
 
+/// What is read of a texel, given the index of its first sample.
+trait Pick<const N: usize>: Copy {
+    /// Of one texel.
+    fn one(self, t: &Texels, first: usize) -> [f32; N];
+
+    /// Of four, some of them black.
+    #[inline]
+    fn four(self, t: &Texels, first: [Option<usize>; 4]) -> [[f32; N]; 4] {
+        first.map(|i| i.map_or([0.0; N], |i| self.one(t, i)))
+    }
+}
+
+impl<const N: usize, F: Fn(&Texels, usize) -> [f32; N] + Copy> Pick<N> for F {
+    #[inline]
+    fn one(self, t: &Texels, first: usize) -> [f32; N] {
+        self(t, first)
+    }
+}
+
+/// The first three channels, none of them alpha.
+#[derive(Clone, Copy)]
+struct Colours;
+
+impl Pick<3> for Colours {
+    #[inline]
+    fn one(self, t: &Texels, first: usize) -> [f32; 3] {
+        t.value3(first)
+    }
+
+    #[inline]
+    fn four(self, t: &Texels, first: [Option<usize>; 4]) -> [[f32; 3]; 4] {
+        t.values3(first)
+    }
+}
+
 /// Entries of the table of the elliptical filter's weights.
 const EWA_TABLE: usize = 128;
 
@@ -206,7 +241,7 @@ impl Pyramid {
     /// footprint: how far `st` moves for one pixel in x and in y.
     pub fn lookup1(&self, st: Point2, dst0: Vec2, dst1: Vec2, filter: Lookup) -> f32 {
         let n = self.channels();
-        let [v] = self.filter(st, dst0, dst1, filter, |t, i| {
+        let [v] = self.filter(st, dst0, dst1, filter, |t: &Texels, i| {
             [match n {
                 1 => t.value(i, 0),
                 2 => t.value(i, 1),
@@ -220,10 +255,10 @@ impl Pyramid {
     /// The colour at `st`; grey images give three equal numbers.
     pub fn lookup3(&self, st: Point2, dst0: Vec2, dst1: Vec2, filter: Lookup) -> [f32; 3] {
         if self.channels() < 3 {
-            let [v] = self.filter(st, dst0, dst1, filter, |t, i| [t.value(i, 0)]);
+            let [v] = self.filter(st, dst0, dst1, filter, |t: &Texels, i| [t.value(i, 0)]);
             [v; 3]
         } else {
-            self.filter(st, dst0, dst1, filter, Texels::value3)
+            self.filter(st, dst0, dst1, filter, Colours)
         }
     }
 
@@ -235,10 +270,10 @@ impl Pyramid {
                 [r, g, b, 1.0]
             }
             2 => {
-                let [y, a] = self.filter(st, dst0, dst1, filter, |t, i| [t.value(i, 0), t.value(i, 1)]);
+                let [y, a] = self.filter(st, dst0, dst1, filter, |t: &Texels, i| [t.value(i, 0), t.value(i, 1)]);
                 [y, y, y, a]
             }
-            _ => self.filter(st, dst0, dst1, filter, |t, i| std::array::from_fn(|c| t.value(i, c))),
+            _ => self.filter(st, dst0, dst1, filter, |t: &Texels, i| std::array::from_fn(|c| t.value(i, c))),
         }
     }
 
@@ -250,7 +285,7 @@ impl Pyramid {
         dst0: Vec2,
         dst1: Vec2,
         filter: Lookup,
-        pick: impl Fn(&Texels, usize) -> [f32; N] + Copy,
+        pick: impl Pick<N>,
     ) -> [f32; N] {
         // A camera at a singularity can send anything here; far-off or undefined coordinates read as the corner.
         let st = if st.x.abs() < 1e6 && st.y.abs() < 1e6 { st } else { Point2::new(0.0, 0.0) };
@@ -267,7 +302,7 @@ impl Pyramid {
         let width = 2.0 * dst0.x.abs().max(dst0.y.abs()).max(dst1.x.abs()).max(dst1.y.abs());
         let level = top as f32 + log2(width.max(1e-8));
         if level >= top as f32 {
-            return pick(&self.levels[top], 0);
+            return pick.one(&self.levels[top], 0);
         }
         // A cast from float to integer takes negative numbers and NaN to level 0.
         let i = level as usize;
@@ -283,15 +318,15 @@ impl Pyramid {
     }
 
     #[inline]
-    fn texel<const N: usize>(&self, t: &Texels, x: i64, y: i64, pick: impl Fn(&Texels, usize) -> [f32; N]) -> [f32; N] {
+    fn texel<const N: usize>(&self, t: &Texels, x: i64, y: i64, pick: impl Pick<N>) -> [f32; N] {
         match Wrap::remap(self.wrap, x, y, t.width(), t.height()) {
-            Some((x, y)) => pick(t, (y * t.width() + x) * t.channels()),
+            Some((x, y)) => pick.one(t, (y * t.width() + x) * t.channels()),
             None => [0.0; N],
         }
     }
 
     #[inline]
-    fn nearest<const N: usize>(&self, level: usize, st: Point2, pick: impl Fn(&Texels, usize) -> [f32; N]) -> [f32; N] {
+    fn nearest<const N: usize>(&self, level: usize, st: Point2, pick: impl Pick<N>) -> [f32; N] {
         let t = &self.levels[level];
         let x = (st.x * t.width() as f32).floor() as i64;
         let y = (st.y * t.height() as f32).floor() as i64;
@@ -299,19 +334,18 @@ impl Pyramid {
     }
 
     #[inline]
-    fn bilinear<const N: usize>(
-        &self,
-        level: usize,
-        st: Point2,
-        pick: impl Fn(&Texels, usize) -> [f32; N] + Copy,
-    ) -> [f32; N] {
+    fn bilinear<const N: usize>(&self, level: usize, st: Point2, pick: impl Pick<N>) -> [f32; N] {
         let t = &self.levels[level];
         let (x, y) = (st.x * t.width() as f32 - 0.5, st.y * t.height() as f32 - 0.5);
         let (fx, fy) = (x.floor(), y.floor());
         let (x0, y0) = (fx as i64, fy as i64);
-        let top = mix(self.texel(t, x0, y0, pick), self.texel(t, x0 + 1, y0, pick), x - fx);
-        let bottom = mix(self.texel(t, x0, y0 + 1, pick), self.texel(t, x0 + 1, y0 + 1, pick), x - fx);
-        mix(top, bottom, y - fy)
+        let at = |x: i64, y: i64| {
+            let (x, y) = Wrap::remap(self.wrap, x, y, t.width(), t.height())?;
+            Some((y * t.width() + x) * t.channels())
+        };
+        let corners = [at(x0, y0), at(x0 + 1, y0), at(x0, y0 + 1), at(x0 + 1, y0 + 1)];
+        let [a, b, c, d] = pick.four(t, corners);
+        mix(mix(a, b, x - fx), mix(c, d, x - fx), y - fy)
     }
 
     #[inline]
@@ -321,7 +355,7 @@ impl Pyramid {
         dst0: Vec2,
         dst1: Vec2,
         max_anisotropy: f32,
-        pick: impl Fn(&Texels, usize) -> [f32; N] + Copy,
+        pick: impl Pick<N>,
     ) -> [f32; N] {
         let (mut long, mut short) = (dst0, dst1);
         if long.length_squared() < short.length_squared() {
@@ -345,7 +379,7 @@ impl Pyramid {
         let top = self.levels.len() - 1;
         let lod = (top as f32 + log2(short_length)).max(0.0);
         if lod >= top as f32 {
-            return pick(&self.levels[top], 0);
+            return pick.one(&self.levels[top], 0);
         }
         let i = lod as usize;
         mix(self.ewa_level(i, st, long, short, pick), self.ewa_level(i + 1, st, long, short, pick), lod - i as f32)
@@ -358,7 +392,7 @@ impl Pyramid {
         st: Point2,
         long: Vec2,
         short: Vec2,
-        pick: impl Fn(&Texels, usize) -> [f32; N] + Copy,
+        pick: impl Pick<N>,
     ) -> [f32; N] {
         let t = &self.levels[level];
         let (w, h) = (t.width() as f32, t.height() as f32);

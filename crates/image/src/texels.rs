@@ -223,22 +223,29 @@ impl Texels {
     /// If there are fewer.
     #[inline]
     pub fn value3(&self, first: usize) -> [f32; 3] {
+        let [v] = self.values3([Some(first)]);
+        v
+    }
+
+    /// The same for some texels, black ones among them.
+    #[inline]
+    pub(crate) fn values3<const N: usize>(&self, first: [Option<usize>; N]) -> [[f32; 3]; N] {
         debug_assert!(self.channels >= 3);
-        let of = first..first + 3;
+        fn three<T: Copy>(s: &[T], first: usize) -> [T; 3] {
+            let s = &s[first..first + 3];
+            [s[0], s[1], s[2]]
+        }
         match &self.storage {
             Storage::U8(s) => {
-                let s = &s[of];
-                [s[0], s[1], s[2]].map(|code| self.table[usize::from(code)])
+                let of = |i| three(s, i).map(|code| self.table[usize::from(code)]);
+                first.map(|i| i.map_or([0.0; 3], of))
             }
-            Storage::F16(s) => {
-                let s = &s[of];
-                [s[0], s[1], s[2]].map(f16::to_f32)
+            Storage::F16(s) => first.map(|i| i.map_or([0.0; 3], |i| three(s, i).map(f16::to_f32))),
+            Storage::F32(s) => first.map(|i| i.map_or([0.0; 3], |i| three(s, i))),
+            Storage::Mapped(kind, s) => {
+                let of = |i| std::array::from_fn(|c| self.mapped(*kind, s, i + c, c));
+                first.map(|i| i.map_or([0.0; 3], of))
             }
-            Storage::F32(s) => {
-                let s = &s[of];
-                [s[0], s[1], s[2]]
-            }
-            Storage::Mapped(kind, s) => std::array::from_fn(|c| self.mapped(*kind, s, first + c, c)),
         }
     }
 

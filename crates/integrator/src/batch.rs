@@ -14,7 +14,7 @@ use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
 use steradian_sampling::warp::square_to_cosine_hemisphere;
 use steradian_scene::{
-    CameraRay, Hit, LightContext, LightRows, PlainLobe, PlainSurfaces, PointRows, SkyRows, Techniques, World,
+    CameraRay, Hit, LightContext, LightRows, PlainHit, PlainLobe, PlainSurfaces, PointRows, SkyRows, Techniques, World,
 };
 use steradian_spectrum::{LaneRows, Lanes, Wavelengths};
 
@@ -39,6 +39,7 @@ pub struct Batch {
     lanes: Vec<Lane>,
     alive: Vec<u32>,
     hits: Vec<Option<Hit>>,
+    plain_hits: Vec<Option<PlainHit>>,
     /// Of paths that meet matte surfaces, and metals.
     rows: [Box<Rows>; 2],
     escaped: Box<Escaped>,
@@ -94,6 +95,7 @@ impl Batch {
             lanes: Vec::new(),
             alive: Vec::new(),
             hits: Vec::new(),
+            plain_hits: Vec::new(),
             rows: Default::default(),
             escaped: Default::default(),
         })
@@ -184,6 +186,9 @@ impl Batch {
         self.hits.clear();
         let hit = |&lane: &u32| record::intersect(world, &self.lanes[lane as usize].walk.ray, record);
         self.hits.extend(paths.iter().map(hit));
+        let plain_hit = |hit: &Option<Hit>| world.plain_triangle(&self.plain, hit.as_ref()?);
+        self.plain_hits.clear();
+        self.plain_hits.extend(self.hits.iter().map(plain_hit));
         for (k, &lane) in paths.iter().enumerate() {
             let Lane { walk, wavelengths, place, .. } = &mut self.lanes[lane as usize];
             let Some(hit) = self.hits[k] else {
@@ -191,18 +196,21 @@ impl Batch {
                 record.path(walk.depth);
                 continue;
             };
-            if let Some(lobe) = world.plain_lobe(&self.plain, &hit, &walk.ray, wavelengths) {
+            if let Some(at) = &self.plain_hits[k]
+                && let ray = (&walk.ray, walk.differential.as_ref())
+                && let Some(lobe) = world.plain_lobe(&self.plain, (at, &hit), ray, wavelengths)
+            {
                 if walk.depth == self.path.max_depth {
                     record.path(walk.depth);
                     continue;
                 }
                 match lobe {
                     PlainLobe::Diffuse(lobe) => {
-                        let i = self.rows[0].place(world, &hit, k, walk);
+                        let i = self.rows[0].place(world, at, k, walk);
                         self.rows[0].albedo.set(i, lobe.reflectance);
                     }
                     PlainLobe::Metal(lobe) => {
-                        let i = self.rows[1].place(world, &hit, k, walk);
+                        let i = self.rows[1].place(world, at, k, walk);
                         self.rows[1].albedo.set(i, lobe.eta);
                         self.rows[1].k.set(i, lobe.k);
                         self.rows[1].alpha.0[i] = lobe.distribution.alpha()[0];
@@ -267,10 +275,10 @@ impl Escaped {
 impl Rows {
     /// Puts a path that has met a plain surface into the next place. `k` is its number in the bounce.
     #[inline]
-    fn place(&mut self, world: &World, hit: &Hit, k: usize, walk: &Walk) -> usize {
+    fn place(&mut self, world: &World, at: &PlainHit, k: usize, walk: &Walk) -> usize {
         let i = self.lanes.len();
         self.lanes.push(k as u32);
-        world.place_hit(hit, walk.ray.d, &mut self.points, i);
+        world.place_hit(at, walk.ray.d, &mut self.points, i);
         self.beta.set(i, walk.beta);
         self.eta_scale.0[i] = walk.eta_scale;
         self.depth.0[i] = walk.depth + 1;

@@ -43,6 +43,6 @@ pub use test_function::TestFunction;
 pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,
-    LightContext, LightEnd, LightPoint, LightRows, LightSample, MediumPoint, MediumRay, MeshPoint, PlainLobe,
+    LightContext, LightEnd, LightPoint, LightRows, LightSample, MediumPoint, MediumRay, MeshPoint, PlainHit, PlainLobe,
     PlainSurfaces, PointRows, Reception, Shading, SkyRows, Surface, TextureContext, World,
 };

@@ -10,6 +10,7 @@ use crate::{
     AreaLight, CheckerMapping, Error, Instance, Material, Primitive, Roughness, Scattering, Scene, Shape,
     SpectrumInput, Texture,
 };
+use steradian_bsdf::TrowbridgeReitz;
 use steradian_geometry::PreparedTriangle;
 use steradian_image::{Lookup, Pyramid, Scratch};
 use steradian_math::{AnimatedTransform, Bounds3, PI};
@@ -147,7 +148,13 @@ impl World {
             || World::far_lights_move(&scene);
         let uses_footprints = uses_footprints(&scene);
         for record in groups.iter_mut().flat_map(|g| &mut g.primitives) {
-            record.isotropic = !uses_footprints && is_isotropic(&scene.materials[record.material]);
+            let material = &scene.materials[record.material];
+            let looks_at = scene.scattering_looks_at(&material.scattering);
+            // Where it scatters is all that matters, not how neighbouring rays do.
+            let alone = !uses_footprints || looks_at.is_some() && !is_mirror(&scene, material);
+            record.isotropic = is_isotropic(material) && alone;
+            let filtered = !record.isotropic || looks_at.is_none_or(|l| l.footprint);
+            record.footprint = uses_footprints && filtered;
         }
         let has_interfaces = primitives
             .iter()
@@ -325,6 +332,18 @@ fn is_isotropic(material: &Material) -> bool {
         Scattering::CoatedDiffuse { coat, .. } => round(&coat.roughness),
         Scattering::CoatedConductor { roughness, coat, .. } => round(roughness) && round(&coat.roughness),
         _ => false,
+    }
+}
+
+/// Whether a metal may be smooth, so that neighbouring rays are reflected to neighbours.
+fn is_mirror(scene: &Scene, material: &Material) -> bool {
+    let Scattering::Conductor { roughness, .. } = &material.scattering else { return false };
+    match scene.float_textures[roughness.u].0 {
+        Texture::Constant(r) => {
+            let alpha = if roughness.remap { TrowbridgeReitz::roughness_to_alpha(r) } else { r };
+            TrowbridgeReitz::new(alpha, alpha).is_smooth()
+        }
+        _ => true,
     }
 }
 

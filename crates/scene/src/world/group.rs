@@ -21,8 +21,10 @@ pub(super) struct PrimitiveRecord {
     pub first_light: Option<u32>,
     /// Emission that cannot be sampled: area light and factor.
     pub unsampled_emission: Option<(u32, f32)>,
-    /// Whether nothing asks for tangents and derivatives of its surface.
+    /// Whether nothing asks for tangents of its surface.
     pub isotropic: bool,
+    /// Whether something asks for the size of the sample on its surface.
+    pub footprint: bool,
 }
 
 /// Something in the tree that is not a triangle.
@@ -146,6 +148,7 @@ impl Group {
                 first_light: None,
                 unsampled_emission: None,
                 isotropic: false,
+                footprint: false,
             };
             let shown = !is_invisible(scene, p);
             let mut quadric = |q: Quadric| {

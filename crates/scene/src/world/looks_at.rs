@@ -1,6 +1,6 @@
 //! What textures look at: their values may depend on less than all of a [`TextureContext`](super::TextureContext).
 
-use crate::{CheckerMapping, FloatTexture, Handle, Mapping2, Scene, SpectrumTexture, Texture};
+use crate::{CheckerMapping, FloatTexture, Handle, Mapping2, Metal, Scattering, Scene, SpectrumTexture, Texture};
 use std::ops::BitOr;
 use steradian_image::Lookup;
 
@@ -37,11 +37,28 @@ fn mapping(m: &Mapping2) -> LooksAt {
 }
 
 impl Scene {
-    pub(super) fn float_looks_at(&self, t: Handle<FloatTexture>) -> LooksAt {
+    /// What a matte surface or a metal looks at; `None` for all others.
+    pub(super) fn scattering_looks_at(&self, scattering: &Scattering) -> Option<LooksAt> {
+        let of = |t: &Handle<SpectrumTexture>| self.spectrum_looks_at(*t);
+        Some(match scattering {
+            Scattering::Diffuse { reflectance } => of(reflectance),
+            Scattering::DiffuseTransmission { reflectance, transmittance, .. } => of(reflectance) | of(transmittance),
+            Scattering::Conductor { metal, roughness } => {
+                let of_metal = match metal {
+                    Metal::Ior { eta, k } => of(eta) | of(k),
+                    Metal::Reflectance(r) => of(r),
+                };
+                of_metal | self.float_looks_at(roughness.u) | self.float_looks_at(roughness.v)
+            }
+            _ => return None,
+        })
+    }
+
+    fn float_looks_at(&self, t: Handle<FloatTexture>) -> LooksAt {
         self.looks_at(&self.float_textures[t].0, &|t| self.float_looks_at(t))
     }
 
-    pub(super) fn spectrum_looks_at(&self, t: Handle<SpectrumTexture>) -> LooksAt {
+    fn spectrum_looks_at(&self, t: Handle<SpectrumTexture>) -> LooksAt {
         self.looks_at(&self.spectrum_textures[t].kind, &|t| self.spectrum_looks_at(t))
     }
 

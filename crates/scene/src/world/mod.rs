@@ -25,7 +25,7 @@ pub use light::{Emission, LightContext, LightEnd, LightPoint, LightSample, SkyRo
 pub(crate) use light::{mean_intensity, projected_luminance};
 pub use medium::{Collision, FreeFlight, MediumPoint, MediumRay};
 pub use reception::Reception;
-pub use rows::{PlainLobe, PlainSurfaces, PointRows};
+pub use rows::{PlainHit, PlainLobe, PlainSurfaces, PointRows};
 pub use shading::Shading;
 pub use surface::{Footprint, Hit, Surface};
 pub use texture::{MeshPoint, TextureContext};

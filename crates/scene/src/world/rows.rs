@@ -7,11 +7,11 @@ use super::light::LightContext;
 use super::looks_at::LooksAt;
 use super::surface::{Hit, HitShape};
 use super::{CameraRay, CameraSample, MeshPoint, TextureContext, World};
-use crate::{Handle, Material, Metal, Scattering, SpectrumTexture};
+use crate::{Handle, Material, Scattering};
 use steradian_bsdf::{Diffuse, RoughConductor};
 use steradian_bvh::fearless_simd::{Level, dispatch};
 use steradian_geometry::{Reference, Triangle};
-use steradian_math::{Frame, Point2, Ray, Row, Rows3, Vec3, row_end};
+use steradian_math::{Frame, Point2, Ray, RayDifferential, Row, Rows3, Vec3, row_end};
 use steradian_spectrum::Wavelengths;
 
 /// For each primitive of the world that is plain, how it scatters.
@@ -22,8 +22,22 @@ pub struct PlainSurfaces(Vec<Option<Plain>>);
 struct Plain {
     material: Handle<Material>,
     looks_at: LooksAt,
+    /// Whether it takes all of a surface to look up its textures.
+    whole: bool,
     /// The reading in RGB mode of what is the same everywhere.
     rgb: Option<PlainLobe>,
+}
+
+/// A hit of a plain surface.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainHit {
+    primitive: u32,
+    mesh: u32,
+    face: u32,
+    /// Vertices of the mesh.
+    corners: [u32; 3],
+    /// Barycentric coordinates.
+    b: [f32; 2],
 }
 
 /// How a plain surface scatters.
@@ -139,7 +153,7 @@ impl World {
 
     /// Which surfaces are plain. Metals are not if they may yet be made rougher.
     pub fn plain_surfaces(&self, regularize: bool) -> PlainSurfaces {
-        if self.scene.settings.force_diffuse || self.uses_footprints {
+        if self.scene.settings.force_diffuse {
             return PlainSurfaces::default();
         }
         let lobe = |record: &super::group::PrimitiveRecord| {
@@ -148,23 +162,17 @@ impl World {
                 return None;
             }
             let material = &self.scene.materials[record.material].scattering;
-            let of = |t: Handle<SpectrumTexture>| self.scene.spectrum_looks_at(t);
             let looks_at = match material {
-                Scattering::Diffuse { reflectance } => of(*reflectance),
-                Scattering::Conductor { metal, roughness } if !regularize => {
-                    let of_metal = match metal {
-                        Metal::Ior { eta, k } => of(*eta) | of(*k),
-                        Metal::Reflectance(r) => of(*r),
-                    };
-                    of_metal | self.scene.float_looks_at(roughness.u)
-                }
+                Scattering::Diffuse { .. } => self.scene.scattering_looks_at(material)?,
+                Scattering::Conductor { .. } if !regularize => self.scene.scattering_looks_at(material)?,
                 _ => return None,
             };
             if looks_at.varies {
-                return Some(Plain { material: record.material, looks_at, rgb: None });
+                let whole = looks_at.place || record.footprint;
+                return Some(Plain { material: record.material, looks_at, whole, rgb: None });
             }
             let rgb = self.lobe_of(record.material, &TextureContext::default(), &Wavelengths::rgb())?;
-            Some(Plain { material: record.material, looks_at, rgb: Some(rgb) })
+            Some(Plain { material: record.material, looks_at, whole: false, rgb: Some(rgb) })
         };
         PlainSurfaces(self.groups[0].primitives.iter().map(lobe).collect())
     }
@@ -186,48 +194,62 @@ impl World {
         }
     }
 
-    /// The lobe where a ray has met a surface, if that is plain.
+    /// Which plain triangle has been hit, if it is one: what the look-ups for all hits of a row begin with, so that they wait for memory
+    /// together.
     #[inline]
-    pub fn plain_lobe(&self, plain: &PlainSurfaces, hit: &Hit, ray: &Ray, w: &Wavelengths) -> Option<PlainLobe> {
+    pub fn plain_triangle(&self, plain: &PlainSurfaces, hit: &Hit) -> Option<PlainHit> {
         let HitShape::Triangle { id, b1, b2 } = hit.shape else { return None };
         if hit.group != 0 {
             return None;
         }
-        let primitive = self.groups[0].primitive_of_triangle[id as usize];
-        let plain = plain.0.get(primitive as usize)?.as_ref()?;
+        let group = &self.groups[0];
+        let primitive = group.primitive_of_triangle[id as usize];
+        plain.0.get(primitive as usize)?.as_ref()?;
+        let record = &group.primitives[primitive as usize];
+        let face = id - record.first_triangle;
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
+        Some(PlainHit { primitive, mesh: record.mesh, face, corners: mesh.indices[face as usize], b: [b1, b2] })
+    }
+
+    /// The lobe where a ray has met a plain surface; `None` where it is not so plain after all.
+    #[inline]
+    pub fn plain_lobe(
+        &self,
+        plain: &PlainSurfaces,
+        (at, hit): (&PlainHit, &Hit),
+        (ray, differential): (&Ray, Option<&RayDifferential>),
+        w: &Wavelengths,
+    ) -> Option<PlainLobe> {
+        let plain = plain.0.get(at.primitive as usize)?.as_ref()?;
         if !plain.looks_at.varies {
             let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
             return if w.is_rgb() { plain.rgb } else { anywhere() };
         }
-        let context = if plain.looks_at.place {
-            self.texture_context(&self.surface(ray, hit))
+        let context = if plain.whole {
+            let mut surface = self.surface(ray, hit);
+            self.measure(&mut surface, ray, differential);
+            self.texture_context(&surface)
         } else {
-            let record = &self.groups[0].primitives[primitive as usize];
-            let face = id - record.first_triangle;
-            let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
-            let on_mesh = Some(MeshPoint { mesh: record.mesh, face, b: [b1, b2] });
-            TextureContext { uv: mesh.uv(face as usize, b1, b2), on_mesh, ..TextureContext::default() }
+            let PlainHit { mesh, face, corners, b, .. } = *at;
+            let uv = self.scene.triangle_meshes[Handle::from_index(mesh as usize)].uv_between(corners, b[0], b[1]);
+            TextureContext { uv, on_mesh: Some(MeshPoint { mesh, face, b }), ..TextureContext::default() }
         };
         self.lobe_of(plain.material, &context, w)
     }
 
     /// Puts a hit of a plain surface by a ray of direction `d` into a place.
     #[inline]
-    pub fn place_hit(&self, hit: &Hit, d: Vec3, rows: &mut PointRows, i: usize) {
-        let HitShape::Triangle { id, b1, b2 } = hit.shape else { return };
-        let group = &self.groups[0];
-        let record = &group.primitives[group.primitive_of_triangle[id as usize] as usize];
-        let mesh = &self.scene.triangle_meshes[Handle::from_index(record.mesh as usize)];
-        let corners = mesh.indices[(id - record.first_triangle) as usize];
+    pub fn place_hit(&self, at: &PlainHit, d: Vec3, rows: &mut PointRows, i: usize) {
+        let mesh = &self.scene.triangle_meshes[Handle::from_index(at.mesh as usize)];
         let smooth = !mesh.normals.is_empty();
-        for (k, v) in corners.into_iter().enumerate() {
+        for (k, v) in at.corners.into_iter().enumerate() {
             rows.corners[k].set(i, mesh.positions[v as usize]);
             if smooth {
                 rows.normals[k].set(i, mesh.normals[v as usize]);
             }
         }
-        rows.b[0].0[i] = b1;
-        rows.b[1].0[i] = b2;
+        rows.b[0].0[i] = at.b[0];
+        rows.b[1].0[i] = at.b[1];
         rows.smooth.0[i] = u32::from(smooth);
         rows.flipped.0[i] = u32::from(mesh.flip && !smooth);
         rows.d.set(i, d);

@@ -39,9 +39,7 @@ impl World {
         differential: Option<&RayDifferential>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Shading<'_>> {
-        if self.uses_footprints {
-            surface.footprint = self.footprint(surface, ray, differential);
-        }
+        self.measure(surface, ray, differential);
         let mut context = self.texture_context(surface);
         let material = &self.scene.materials[self.unmixed(self.material(surface), surface, &context)];
         if material.displacement.is_some() || material.normal_map.is_some() {

@@ -161,7 +161,11 @@ impl World {
                 let face = id - p.first_triangle;
                 let mesh = &self.scene.triangle_meshes[Handle::from_index(p.mesh as usize)];
                 let geometry = if p.isotropic {
-                    mesh.isotropic_interaction(face as usize, b1, b2)
+                    let mut geometry = mesh.isotropic_interaction(face as usize, b1, b2);
+                    if p.footprint {
+                        [geometry.dpdu, geometry.dpdv] = mesh.position_derivatives(face as usize);
+                    }
+                    geometry
                 } else {
                     mesh.interaction(face as usize, b1, b2)
                 };
@@ -236,6 +240,14 @@ impl World {
         match (at(open), at(close)) {
             (Some(a), Some(b)) => b - a,
             _ => Vec2::default(),
+        }
+    }
+
+    /// Works out the footprint of the sample at a surface, if anything there asks for it.
+    #[inline]
+    pub(super) fn measure(&self, surface: &mut Surface, ray: &Ray, differential: Option<&RayDifferential>) {
+        if self.groups[surface.group as usize].primitives[surface.primitive as usize].footprint {
+            surface.footprint = self.footprint(surface, ray, differential);
         }
     }
 

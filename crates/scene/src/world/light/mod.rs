@@ -18,6 +18,7 @@ mod point;
 mod portal;
 mod projection;
 mod selection;
+mod side_by_side;
 mod sky_rows;
 mod spot;
 mod sun;

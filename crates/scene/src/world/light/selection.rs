@@ -163,7 +163,7 @@ impl World {
         }
         match tree.one_node() {
             Some(node) => dispatch!(level, _simd => node.sample_rows(p, ns, u, row_end(n), out)),
-            None => dispatch!(level, _simd => tree.sample_each(p, ns, u, n, out)),
+            None => dispatch!(level, simd => tree.sample_each(simd, (p, ns), u, n, out)),
         }
         true
     }

@@ -8,9 +8,11 @@ mod exhaustive;
 
 use super::bounds::{LightBounds, Prepared};
 use super::selection::Pick;
+use super::side_by_side::{Many, SideBySide};
+use steradian_bvh::fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 use steradian_math::{Bounds3, Normal3, ONE_MINUS_EPSILON, Point3, ROW, Row, Rows3, Vec3};
 
-/// Children of a node, and as many as are worked on side by side.
+/// Children of a node, and as many as are worked on side by side; half of them where there are no wide vectors.
 const WIDTH: usize = 8;
 const HALF: usize = 4;
 /// Deeper than this, a node of the binary tree is split in the middle, so that it cannot become a list.
@@ -55,180 +57,154 @@ impl Node {
     #[inline]
     fn importances(&self, p: Point3, n: Normal3) -> Eight {
         let mut out = [0.0; WIDTH];
-        out[..HALF].copy_from_slice(&self.some::<HALF>(0, p, n).0);
+        let half = |first: usize| {
+            let part = |v: &Eight| Many::<HALF>::part(v, first);
+            self.children(part, Many::of).importance_of(p, n).0
+        };
+        out[..HALF].copy_from_slice(&half(0));
         if self.count > HALF as u32 {
-            out[HALF..].copy_from_slice(&self.some::<HALF>(HALF, p, n).0);
+            out[HALF..].copy_from_slice(&half(HALF));
         }
         out
     }
 
-    /// The same, for instruction sets with vectors of eight.
+    /// The same by the instruction set in use.
     #[inline(always)]
-    fn importances_at_once(&self, p: Point3, n: Normal3) -> Eight {
-        self.some::<WIDTH>(0, p, n).0
+    fn importances_by<S: Simd>(&self, simd: S, p: Point3, n: Normal3) -> Eight {
+        let children = self.children(
+            #[inline(always)]
+            |v| f32x8::load_array_ref(simd, v),
+            #[inline(always)]
+            |x| f32x8::splat(simd, x),
+        );
+        children.importance_of(p, n).into()
     }
 
-    /// The importances of some children, from `first` on.
+    /// The children as `part` reads their numbers.
     #[inline(always)]
-    fn some<const N: usize>(&self, first: usize, p: Point3, n: Normal3) -> Many<N> {
-        let n = if n == Normal3::default() { None } else { Some(Many::three(n.to_vec())) };
-        self.children(first).importance(Many::three(p.to_vec()), n)
-    }
-
-    /// Some children, from `first` on.
-    #[inline(always)]
-    fn children<const N: usize>(&self, first: usize) -> Children<N> {
+    fn children<M: SideBySide, O: Fn(f32) -> M>(&self, part: impl Fn(&Eight) -> M, of: O) -> Children<M, O> {
         let (c, a) = (&self.centre, &self.axis);
         Children {
-            centre: [Many::part(&c[0], first), Many::part(&c[1], first), Many::part(&c[2], first)],
-            radius2: Many::part(&self.radius2, first),
-            axis: [Many::part(&a[0], first), Many::part(&a[1], first), Many::part(&a[2], first)],
-            cos: Many::part(&self.cos, first),
-            sin: Many::part(&self.sin, first),
-            least: Many::part(&self.least, first),
-            mirror: Many::part(&self.mirror, first),
-            power: Many::part(&self.power, first),
+            of,
+            centre: [part(&c[0]), part(&c[1]), part(&c[2])],
+            radius2: part(&self.radius2),
+            axis: [part(&a[0]), part(&a[1]), part(&a[2])],
+            cos: part(&self.cos),
+            sin: part(&self.sin),
+            least: part(&self.least),
+            mirror: part(&self.mirror),
+            power: part(&self.power),
         }
     }
 }
 
-/// Some children of a node, or one for each of some points.
-struct Children<const N: usize> {
-    centre: [Many<N>; 3],
-    radius2: Many<N>,
-    axis: [Many<N>; 3],
-    cos: Many<N>,
-    sin: Many<N>,
-    least: Many<N>,
-    mirror: Many<N>,
-    power: Many<N>,
+/// Some children of a node, or one for each of some points; `of` makes the same number for all of them.
+struct Children<M, O> {
+    of: O,
+    centre: [M; 3],
+    radius2: M,
+    axis: [M; 3],
+    cos: M,
+    sin: M,
+    least: M,
+    mirror: M,
+    power: M,
 }
 
-impl<const N: usize> Children<N> {
+impl<M: SideBySide, O: Fn(f32) -> M> Children<M, O> {
     /// See [`Node::importances`].
     #[inline(always)]
-    fn importance(&self, p: [Many<N>; 3], n: Option<[Many<N>; 3]>) -> Many<N> {
-        let (zero, one) = (Many::of(0.0), Many::of(1.0));
+    fn importance_of(&self, p: Point3, n: Normal3) -> M {
+        let three = |v: Vec3| [(self.of)(v.x), (self.of)(v.y), (self.of)(v.z)];
+        let n = if n == Normal3::default() { None } else { Some(three(n.to_vec())) };
+        self.importance(three(p.to_vec()), n)
+    }
+
+    #[inline(always)]
+    fn importance(&self, p: [M; 3], n: Option<[M; 3]>) -> M {
+        let of = &self.of;
+        let (zero, one) = (of(0.0), of(1.0));
         let [x, y, z] = [p[0] - self.centre[0], p[1] - self.centre[1], p[2] - self.centre[2]];
         let d2 = x * x + y * y + z * z;
-        let inverse = one / d2.max(Many::of(1e-30)).sqrt();
+        let inverse = one / d2.larger(of(1e-30)).root();
         // Inside the sphere around the bounds, light may come from anywhere.
         let sin2 = self.radius2 * (inverse * inverse);
-        let sin_b = d2.where_above(self.radius2, sin2.sqrt(), zero);
-        let cos_b = d2.where_above(self.radius2, (one - sin2).max(zero).sqrt(), Many::of(-1.0));
+        let sin_b = d2.where_above(self.radius2, sin2.root(), zero);
+        let cos_b = d2.where_above(self.radius2, (one - sin2).larger(zero).root(), of(-1.0));
         // The least angle between a normal of the cone and the direction to the point, from anywhere in the sphere.
         let cos = (self.axis[0] * x + self.axis[1] * y + self.axis[2] * z) * inverse;
-        let cos = cos.max(cos * self.mirror);
-        let sin = (one - cos * cos).max(zero).sqrt();
+        let cos = cos.larger(cos * self.mirror);
+        let sin = (one - cos * cos).larger(zero).root();
         let cos_x = cos.where_above(self.cos, one, cos * self.cos + sin * self.sin);
         let sin_x = cos.where_above(self.cos, zero, sin * self.cos - cos * self.sin);
         let cos_p = cos_x.where_above(cos_b, one, cos_x * cos_b + sin_x * sin_b);
-        let mut importance = self.power * cos_p.max(Many::of(1e-4)) / d2.max(self.radius2).max(Many::of(1e-20));
+        let mut importance = self.power * cos_p.larger(of(1e-4)) / d2.larger(self.radius2).larger(of(1e-20));
         // The same at the surface that is lit.
         if let Some([nx, ny, nz]) = n {
-            let cos_i = ((nx * x + ny * y + nz * z) * inverse).abs();
-            let sin_i = (one - cos_i * cos_i).max(zero).sqrt();
+            let cos_i = ((nx * x + ny * y + nz * z) * inverse).magnitude();
+            let sin_i = (one - cos_i * cos_i).larger(zero).root();
             let lit = cos_i.where_above(cos_b, one, cos_i * cos_b + sin_i * sin_b);
-            importance = importance * lit.max(Many::of(1e-4));
+            importance = importance * lit.larger(of(1e-4));
         }
         cos_p.where_above(self.least, importance, zero)
     }
 }
-
-/// Numbers side by side, in plain arithmetic that compilers turn into vectors.
-#[derive(Clone, Copy)]
-#[repr(align(16))]
-struct Many<const N: usize>([f32; N]);
-
-impl<const N: usize> Many<N> {
-    #[inline(always)]
-    fn of(x: f32) -> Self {
-        Self([x; N])
-    }
-
-    #[inline(always)]
-    fn part(v: &Eight, first: usize) -> Self {
-        let mut out = Self([0.0; N]);
-        out.0.copy_from_slice(&v[first..first + N]);
-        out
-    }
-
-    #[inline(always)]
-    fn three(v: Vec3) -> [Self; 3] {
-        [Self::of(v.x), Self::of(v.y), Self::of(v.z)]
-    }
-
-    #[inline(always)]
-    fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        let mut out = self;
-        for i in 0..N {
-            out.0[i] = f(self.0[i]);
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn with(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        let mut out = self;
-        for i in 0..N {
-            out.0[i] = f(self.0[i], o.0[i]);
-        }
-        out
-    }
-
-    /// The larger ones; one instruction, unlike `f32::max`.
-    #[inline(always)]
-    fn max(self, o: Self) -> Self {
-        self.with(
-            o,
-            #[inline(always)]
-            |a, b| if a > b { a } else { b },
-        )
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f32::sqrt)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.map(f32::abs)
-    }
-
-    /// `yes` where this is greater than `limit`, else `no`.
-    #[inline(always)]
-    fn where_above(self, limit: Self, yes: Self, no: Self) -> Self {
-        let mut out = no;
-        for i in 0..N {
-            out.0[i] = if self.0[i] > limit.0[i] { yes.0[i] } else { no.0[i] };
-        }
-        out
-    }
-}
-
-macro_rules! lane_by_lane {
-    ($($operator:ident $method:ident $symbol:tt),*) => {$(
-        impl<const N: usize> std::ops::$operator for Many<N> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, o: Self) -> Self {
-                self.with(
-                    o,
-                    #[inline(always)]
-                    |a, b| a $symbol b,
-                )
-            }
-        }
-    )*};
-}
-lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 /// The sum in a fixed order that vectors can follow.
 #[inline(always)]
 fn sum(v: &Eight) -> f32 {
     let half = [v[0] + v[4], v[1] + v[5], v[2] + v[6], v[3] + v[7]];
     (half[0] + half[2]) + (half[1] + half[3])
+}
+
+/// One of eight, chosen in proportion to importance.
+struct Choice {
+    child: usize,
+    importance: f32,
+    /// What is left of the random number, uniform again.
+    rest: f32,
+}
+
+impl Choice {
+    #[inline(always)]
+    fn new(importances: &Eight, child: usize, left: f32) -> Self {
+        let importance = importances[child];
+        // Rounding may leave more than there is.
+        Self { child, importance, rest: (left / importance).clamp(0.0, ONE_MINUS_EPSILON) }
+    }
+}
+
+/// The child that a number between zero and the sum of all importances falls on.
+#[inline(always)]
+fn choose(importances: &Eight, mut left: f32) -> Choice {
+    let mut child = 0;
+    for (i, &importance) in importances.iter().enumerate() {
+        if importance > 0.0 {
+            child = i;
+            if left < importance {
+                break;
+            }
+            left -= importance;
+        }
+    }
+    Choice::new(importances, child, left)
+}
+
+/// The same without branches that nobody could foretell.
+#[inline(always)]
+fn choose_by<S: Simd>(simd: S, importances: &Eight, left: f32) -> Choice {
+    // What is left at each child, if it is none before.
+    let mut lefts = [left; WIDTH];
+    for i in 1..WIDTH {
+        lefts[i] = lefts[i - 1] - importances[i - 1];
+    }
+    let [lefts_, importances_] = [&lefts, importances].map(|v| f32x8::load_array_ref(simd, v));
+    let reached = lefts_.simd_lt(importances_).to_bitmask();
+    if reached == 0 {
+        return choose(importances, left);
+    }
+    let child = reached.trailing_zeros() as usize & (WIDTH - 1);
+    Choice::new(importances, child, lefts[child])
 }
 
 /// The tree over the bounds of lights.
@@ -293,54 +269,56 @@ impl LightTree {
 
     /// Picks a light for a point by one random number.
     #[inline]
-    pub fn sample(&self, p: Point3, n: Normal3, u: f32) -> Option<Pick> {
-        self.sample_by::<false>(p, n, u)
-    }
-
-    /// [`LightTree::sample`] for the first `count` points of a row.
-    #[inline(always)]
-    pub fn sample_each(&self, p: &Rows3, n: &Rows3, u: &Row, count: usize, out: &mut PickRows) {
-        for i in 0..count.min(ROW) {
-            let pick = self.sample_by::<true>(p.point(i), n.normal(i), u.0[i]);
-            out.none.0[i] = u32::from(pick.is_none());
-            if let Some(pick) = pick {
-                (out.light.0[i], out.probability.0[i], out.u.0[i]) = (pick.light, pick.probability, pick.u);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn sample_by<const AT_ONCE: bool>(&self, p: Point3, n: Normal3, mut u: f32) -> Option<Pick> {
+    pub fn sample(&self, p: Point3, n: Normal3, mut u: f32) -> Option<Pick> {
         let mut node = self.nodes.first()?;
         let mut probability = 1.0;
         loop {
-            let importances = if AT_ONCE { node.importances_at_once(p, n) } else { node.importances(p, n) };
+            let importances = node.importances(p, n);
             let total = sum(&importances);
             if total <= 0.0 {
                 return None;
             }
-            let mut left = u * total;
-            let mut chosen = 0;
-            for (i, &importance) in importances.iter().enumerate() {
-                if importance > 0.0 {
-                    chosen = i;
-                    if left < importance {
-                        break;
-                    }
-                    left -= importance;
-                }
-            }
-            let importance = importances[chosen];
+            let Choice { child, importance, rest } = choose(&importances, u * total);
             probability *= importance / total;
-            let child = node.child[chosen];
-            let rest = left / importance;
+            let child = node.child[child];
             if child & LIGHT != 0 {
                 return Some(Pick::new(child & !LIGHT, probability, rest));
             }
-            // Rounding may leave more than there is.
-            u = rest.clamp(0.0, ONE_MINUS_EPSILON);
+            u = rest;
             node = &self.nodes[child as usize];
         }
+    }
+
+    /// [`LightTree::sample`] for the first `count` points of a row, which go down the tree together, one level after the other: so no
+    /// point waits for the memory or the branches of another. There must be a light in the tree.
+    #[inline(always)]
+    pub fn sample_each<S: Simd>(&self, simd: S, (p, n): (&Rows3, &Rows3), u: &Row, count: usize, out: &mut PickRows) {
+        let count = count.min(ROW);
+        out.u = *u;
+        out.probability = Row([1.0; ROW]);
+        (out.light, out.none) = Default::default();
+        let mut on_the_way: [usize; ROW] = std::array::from_fn(|i| i);
+        let mut left = count;
+        while left > 0 {
+            let mut kept = 0;
+            for k in 0..left {
+                let i = on_the_way[k];
+                let node = &self.nodes[out.light.0[i] as usize];
+                let importances = node.importances_by(simd, p.point(i), n.normal(i));
+                let total = sum(&importances);
+                let Choice { child, importance, rest } = choose_by(simd, &importances, out.u.0[i] * total);
+                let child = node.child[child];
+                let none = total <= 0.0;
+                out.none.0[i] = u32::from(none);
+                out.light.0[i] = child;
+                out.probability.0[i] *= importance / total;
+                out.u.0[i] = rest;
+                on_the_way[kept] = i;
+                kept += usize::from(!none & (child & LIGHT == 0));
+            }
+            left = kept;
+        }
+        out.light.0.iter_mut().for_each(|light| *light &= !LIGHT);
     }
 
     /// The lights among which all points of a row can choose at once, if there are no more than one node has.
@@ -381,10 +359,10 @@ impl OneNode<'_> {
     pub fn sample_rows(&self, p: &Rows3, n: &Rows3, u: &Row, end: usize, out: &mut PickRows) {
         let count = (self.0.count as usize).min(WIDTH);
         for c in 0..count {
-            let child = self.0.children::<1>(c);
+            let child = self.0.children(|v| Many::<1>::part(v, c), Many::of);
+            let three = |v: Vec3| [Many([v.x]), Many([v.y]), Many([v.z])];
             for i in 0..end.min(ROW) {
-                let (p, n) = (Many::three(p.vec(i)), Many::three(n.vec(i)));
-                out.importances[c].0[i] = child.importance(p, Some(n)).0[0];
+                out.importances[c].0[i] = child.importance(three(p.vec(i)), Some(three(n.vec(i)))).0[0];
             }
         }
         for c in count..WIDTH {
