@@ -62,6 +62,24 @@ fn a_small_scene_is_what_it_says() {
 }
 
 #[test]
+fn what_an_integrator_does_otherwise_is_said() {
+    let with = |integrator: &str| {
+        let text = SCENE
+            .replace(r#"<integrator type="path"><integer name="max_depth" value="$depth"/></integrator>"#, integrator);
+        assert_ne!(text, SCENE);
+        let outcome = load_text(&text, &[]);
+        let said: String = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
+        (outcome.scene.expect(&said).settings.integrator.max_depth, said)
+    };
+    let (depth, said) = with(r#"<integrator type="ptracer"><integer name="max_depth" value="3"/></integrator>"#);
+    assert!(depth == 2 && said.contains("`--integrator lightpath`"), "{said}");
+    let (depth, said) = with(
+        r#"<integrator type="moment"><integrator type="path"><integer name="max_depth" value="4"/></integrator></integrator>"#,
+    );
+    assert!(depth == 3 && said.contains("`--variance`"), "{said}");
+}
+
+#[test]
 fn variables_of_the_command_line_win() {
     let outcome = load_text(SCENE, &[("spp", "3")]);
     assert_eq!(outcome.scene.unwrap().settings.sampler.spp, 3);

@@ -155,8 +155,11 @@ impl Mitsuba<'_> {
         // A depth counts what a path meets, here it counts where it turns.
         let bounces = |n: i64| if n < 0 { 1000 } else { (n - 1).clamp(0, 1_000_000) as u32 };
         match o.kind.as_str() {
-            "path" | "prb" | "prb_basic" | "ptracer" => {
-                (s.kind, s.max_depth) = (IntegratorKind::Path, bounces(depth(o, -1)))
+            "path" | "prb" | "prb_basic" => (s.kind, s.max_depth) = (IntegratorKind::Path, bounces(depth(o, -1))),
+            "ptracer" => {
+                (s.kind, s.max_depth) = (IntegratorKind::Path, bounces(depth(o, -1)));
+                let said = "`ptracer` is rendered by `path`, which has the same expectation; `--integrator lightpath` starts at lights";
+                self.note_once(said, o.span);
             }
             "volpath" | "volpathmis" | "prbvolpath" => {
                 (s.kind, s.max_depth) = (IntegratorKind::VolPath, bounces(depth(o, -1)));
@@ -164,6 +167,8 @@ impl Mitsuba<'_> {
             "direct" => (s.kind, s.max_depth) = (IntegratorKind::Path, 1),
             "depth" => s.kind = IntegratorKind::Depth,
             "moment" | "aov" => {
+                let said = "channels beside the picture are asked for on the command line: `--aov`, `--variance`";
+                self.note_once(said, o.span);
                 if let Some(inner) = self.child(o, "integrator") {
                     let inner = self.object(inner);
                     self.integrator(&inner);

@@ -1,4 +1,4 @@
-//! What is allowed and often not what was meant. Told once for each kind, and only to who asks for it ([`LoadOptions::traps`]).
+//! What is allowed and often not what was meant. Told once for each kind, and only to who asks for it ([`crate::LoadOptions::traps`]).
 
 use super::Loader;
 use super::params::{Params, SPECTRUM};
