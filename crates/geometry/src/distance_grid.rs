@@ -3,6 +3,7 @@
 //! Hansson-Söderlund, Evans and Akenine-Möller 2022, "Ray tracing of signed distance function grids"; the boxes are those of
 //! Hansson-Söderlund and Akenine-Möller 2023, "Tight bounding boxes for voxels and bricks in a signed distance field ray tracer".
 
+use std::cmp::Ordering;
 use std::fmt;
 
 use steradian_math::{Bounds3, Frame, Point2, Point3, Ray, Transform, Vec3, gamma};
@@ -170,8 +171,7 @@ impl DistanceGrid {
             let (a, b) = ((-OVERLAP - from[k]) / along[k], (1.0 + OVERLAP - from[k]) / along[k]);
             (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
         }
-        // Not `>=`: what is undefined is no interval.
-        if !(near < far) {
+        if near.partial_cmp(&far) != Some(Ordering::Less) {
             return None;
         }
         let corners = self.corners(cell);
@@ -277,7 +277,7 @@ impl DistanceGrid {
             if weight > 0.0
                 && let Some(n) = unit(std::array::from_fn(|k| slopes[k][side(k)]))
             {
-                sum = sum + n * weight as f32;
+                sum += n * weight as f32;
             }
         }
         sum.try_normalize()
