@@ -364,7 +364,7 @@ fn the_sun_and_the_sky_stand_as_they_are_told() {
     assert!((to_light.y - 0.6).abs() < 1e-5 && (half_angle.to_degrees() - 0.2679).abs() < 1e-4 && profile.len() == 1);
     let Light::ImageInfinite { world_from_light, image, .. } = &s.lights[0] else { panic!("no sky") };
     // Up is +y: above the horizon there is light, below there is none.
-    let up = world_from_light.vector(steradian_math::Vec3::new(0.0, 0.0, 1.0));
+    let up = world_from_light.vector(Vec3::new(0.0, 0.0, 1.0));
     assert!((up.y - 1.0).abs() < 1e-5);
     let texels = &s.images[*image].texels;
     assert!(texels.texel(5, 20, 2) > 0.0 && texels.texel(5, 500, 2) == 0.0);
