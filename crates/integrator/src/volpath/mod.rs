@@ -252,14 +252,14 @@ impl VolPath {
                     p: c.p,
                     n: Normal3::default(),
                     material: world.medium_name(medium).to_owned(),
-                    lobe: "henyey-greenstein".to_owned(),
+                    lobe: world.phase(medium, c.p).name().to_owned(),
                     throughput: walk.beta,
                 });
             }
             walk.depth += 1;
 
             // Sample a light, then the phase function for the next direction.
-            let phase = ray.phase();
+            let phase = world.phase(medium, c.p);
             let context = LightContext::of_point(c.p, walk.ray.time);
             walk.ray.d = d;
             let vertex = Vertices::Medium { p: c.p, phase };

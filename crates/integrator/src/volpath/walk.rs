@@ -3,7 +3,7 @@
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Contribution, RayKind, Record, Technique};
-use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, TransportMode};
+use steradian_bsdf::{Bsdf, Lobe, PhaseMix, TransportMode};
 use steradian_math::{Frame, Point3, Ray};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
 use steradian_scene::{Collision, FreeFlight, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
@@ -31,7 +31,7 @@ pub(super) struct Walk {
 /// A vertex that light is sampled for.
 pub(super) enum Vertices<'a> {
     Surface { surface: &'a Surface, frame: &'a Frame, bsdf: &'a Bsdf<'a> },
-    Medium { p: Point3, phase: HenyeyGreenstein },
+    Medium { p: Point3, phase: PhaseMix<'a> },
 }
 
 impl Walk {

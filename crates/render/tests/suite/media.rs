@@ -6,8 +6,8 @@ use steradian_math::{Bounds3, PI, Point3, Transform, Vec3};
 use steradian_render::Rendered;
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Coefficients, Glow, IntegratorKind, Ior, Light, Medium, MediumInterface, Primitive, Roughness, Scattering, Scene,
-    Volume, VoxelGrid, World,
+    Coefficients, Glow, IntegratorKind, Ior, Light, Medium, MediumInterface, Phase, Primitive, Roughness, Scattering,
+    Scene, Volume, VoxelGrid, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 use steradian_testkit::z_test;
@@ -43,8 +43,13 @@ fn fill(s: &mut Scene, g: f32, volume: Volume) {
 }
 
 fn bound(s: &mut Scene, g: f32, volume: Volume, surface: steradian_scene::Handle<steradian_scene::Material>) {
-    let inside =
-        s.media.push(Medium { name: "body".into(), g, scale: 1.0, world_from_medium: Transform::IDENTITY, volume });
+    let inside = s.media.push(Medium {
+        name: "body".into(),
+        phase: Phase::HenyeyGreenstein { g },
+        scale: 1.0,
+        world_from_medium: Transform::IDENTITY,
+        volume,
+    });
     let media = Some(MediumInterface { inside: Some(inside), outside: None });
     // Counter-clockwise seen from outside: normals point out.
     let faces = [
