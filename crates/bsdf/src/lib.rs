@@ -34,9 +34,12 @@ mod metallic_roughness;
 mod microfacet;
 mod microfacets;
 mod phase;
+mod phase_mix;
 mod plastic;
 mod principled;
+mod rayleigh;
 mod subsurface;
+mod tabulated_phase;
 mod thin_dielectric;
 
 pub use altered::{Altered, SimpleInterface};
@@ -56,7 +59,10 @@ pub use metallic_roughness::{Film, MetallicRoughness, MetallicRoughnessParams, n
 pub use microfacet::TrowbridgeReitz;
 pub use microfacets::Microfacets;
 pub use phase::{HenyeyGreenstein, PhaseSample};
+pub use phase_mix::{MOST_PHASES, PhaseFunction, PhaseMix};
 pub use plastic::{Plastic, PlasticInterface, PlasticTable, diffuse_fresnel_reflectance};
 pub use principled::{Principled, PrincipledParams};
+pub use rayleigh::Rayleigh;
 pub use subsurface::{Probe, Subsurface, SubsurfaceExit};
+pub use tabulated_phase::TabulatedPhase;
 pub use thin_dielectric::ThinDielectric;

@@ -1,8 +1,8 @@
 //! Lobes against closed forms: what the models mean, not only that they are consistent.
 
 use steradian_bsdf::{
-    Bsdf, Coating, Dielectric, Diffuse, HenyeyGreenstein, Layered, Lobe, TransportMode, TrowbridgeReitz,
-    fresnel_dielectric,
+    Bsdf, Coating, Dielectric, Diffuse, HenyeyGreenstein, Layered, Lobe, PhaseFunction, PhaseMix, Rayleigh,
+    TabulatedPhase, TransportMode, TrowbridgeReitz, fresnel_dielectric,
 };
 use steradian_math::{PI, Vec3};
 use steradian_spectrum::Lanes;
@@ -142,4 +142,65 @@ fn henyey_greenstein_is_normalised_and_has_its_mean_cosine() {
         assert!(p > SIGNIFICANCE, "g = {g}: mean cosine {}", sum / f64::from(n));
     }
     assert_eq!(HenyeyGreenstein::new(2.0).g(), 0.99);
+}
+
+/// Forward and backward peaks with a hole in between.
+fn table() -> TabulatedPhase {
+    TabulatedPhase::new(&[1.0, 0.5, 0.0, 0.0, 0.25, 3.0, 7.0]).expect("a phase function")
+}
+
+#[test]
+fn phase_functions_and_their_mixtures_are_normalised_and_sampled_as_they_say() {
+    let wo = direction(0.45, -0.4);
+    let hg = PhaseFunction::HenyeyGreenstein(HenyeyGreenstein::new(0.7));
+    let all = [hg, PhaseFunction::Rayleigh(Rayleigh), PhaseFunction::Tabulated(table())];
+    let mixtures = [
+        PhaseMix::new(&all[1..2], [1.0, 0.0, 0.0, 0.0]),
+        PhaseMix::new(&all[2..], [1.0, 0.0, 0.0, 0.0]),
+        PhaseMix::new(&all[..2], [0.3, 0.7, 0.0, 0.0]),
+        PhaseMix::new(&all, [0.2, 0.3, 0.5, 0.0]),
+        PhaseMix::new(&all, [0.0, 1.0, 0.0, 0.0]),
+    ];
+    for (i, phase) in mixtures.iter().enumerate() {
+        let test = ChiSquareTest { columns: 48, rows: 48, ..ChiSquareTest::default() };
+        let result = test.sphere(
+            &format!("mixture {i}, {}", phase.name()),
+            |rng| Some(phase.sample(wo, rng.f32_2d()).wi.to_array()),
+            |w| phase.pdf(wo, Vec3::from_array(w)),
+        );
+        result.assert(SIGNIFICANCE);
+        assert!((result.integral - 1.0).abs() < 1e-3, "mixture {i}: {}", result.integral);
+        let mut rng = TestRng::new(2);
+        for _ in 0..10_000 {
+            let s = phase.sample(wo, rng.f32_2d());
+            let value = phase.eval(wo, s.wi);
+            assert!((s.pdf - value).abs() <= 1e-3 * value + 1e-5, "mixture {i}: {} {value}", s.pdf);
+            assert_eq!(value, phase.eval(s.wi, wo), "what is seen backwards is the same");
+        }
+    }
+}
+
+#[test]
+fn phase_functions_are_what_their_names_say() {
+    let wo = direction(1.0, 0.0);
+    // Rayleigh's is twice as strong straight on and straight back as to the side.
+    let to = |cos: f32| Rayleigh.eval(wo, direction(cos, 0.3));
+    assert!((to(1.0) / to(0.0) - 2.0).abs() < 1e-5);
+    // The last value of a table is straight on, the first straight back; their scale does not matter.
+    let t = table();
+    let (on, back) = (t.eval(wo, -wo), t.eval(wo, wo));
+    assert!((on / back - 7.0).abs() < 1e-4);
+    assert_eq!(t.eval(wo, direction(0.0, 0.0)), 0.0);
+    let scaled = TabulatedPhase::new(&[4.0, 2.0, 0.0, 0.0, 1.0, 12.0, 28.0]).expect("a phase function");
+    assert!((scaled.eval(wo, -wo) / on - 1.0).abs() < 1e-6);
+    let mut rng = TestRng::new(3);
+    let (n, mut sum) = (200_000, 0.0f64);
+    for _ in 0..n {
+        sum -= f64::from(wo.dot(t.sample(wo, rng.f32_2d()).wi));
+    }
+    // Seven standard errors, the variance of a cosine being at most one.
+    assert!((sum / f64::from(n) - f64::from(t.mean_cosine())).abs() < 7.0 / f64::from(n).sqrt());
+    for bad in [&[1.0f32][..], &[0.0, 0.0], &[1.0, -1.0], &[1.0, f32::NAN], &[f32::INFINITY, 1.0]] {
+        assert!(TabulatedPhase::new(bad).is_none(), "{bad:?}");
+    }
 }

@@ -72,11 +72,12 @@ impl std::fmt::Display for Difference {
     }
 }
 
-/// Whether an attribute tells of the run (when, how long, on what machine) rather than of the picture. Such attributes may differ
+/// Whether an attribute tells of the run (when, how long, on what machine, by which build) rather than of the picture. Such attributes may differ
 /// between identical images.
 pub fn is_volatile_attribute(name: &str) -> bool {
     let name = name.strip_prefix("steradian.").or(name.strip_prefix("steradian:")).unwrap_or(name);
-    const VOLATILE: [&str; 22] = [
+    const VOLATILE: [&str; 23] = [
+        "build",
         "capDate",
         "utcOffset",
         "date",

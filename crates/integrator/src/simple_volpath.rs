@@ -66,7 +66,7 @@ impl SimpleVolPath {
                             break 'path;
                         }
                         depth += 1;
-                        let wi = along.phase().sample(-d, rng.f32_2d()).wi;
+                        let wi = world.phase(m, c.p).sample(-d, rng.f32_2d()).wi;
                         ray = Ray::new(c.p, wi, ray.time);
                         record.ray(RayKind::Scattered);
                         continue 'path;

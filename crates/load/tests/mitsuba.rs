@@ -2,7 +2,8 @@
 
 use std::path::Path;
 use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, ModelOptions, load};
-use steradian_scene::{IntegratorKind, Light, Scattering, Scene, Slopes, Volume, World};
+use steradian_math::{Point3, Ray, Vec3};
+use steradian_scene::{IntegratorKind, Light, Phase, Scattering, Scene, Slopes, Volume, World};
 
 const SCENE: &str = r#"<scene version="3.0.0">
     <default name="spp" value="16"/>
@@ -215,13 +216,96 @@ fn attributes_of_a_mesh_are_read_by_their_names() {
     World::build(s).unwrap();
 }
 
+/// A file of a grid in the unit cube.
+fn grid(size: [i32; 3], channels: i32, values: &[f32]) -> Vec<u8> {
+    let mut bytes = b"VOL\x03".to_vec();
+    bytes.extend([1, size[0], size[1], size[2], channels].iter().flat_map(|v| v.to_le_bytes()));
+    bytes.extend([0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0].iter().chain(values).flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn phase_functions_are_what_they_are_called() {
+    let of = |phase: &str| {
+        let shape = r#"<shape type="cube"><bsdf type="null"/><medium type="homogeneous" name="interior">PHASE</medium></shape>"#;
+        let text = SCENE.replace(r#"<shape type="sphere"><ref id="paint"/></shape>"#, &shape.replace("PHASE", phase));
+        load_text(&text, &[])
+    };
+    let phase = |text: &str| {
+        let s = of(text).scene.expect(text);
+        let phase = s.media.iter().next().unwrap().phase.clone();
+        World::build(s).unwrap();
+        phase
+    };
+    let hg = |g| Phase::HenyeyGreenstein { g };
+    assert_eq!((phase(""), phase(r#"<phase type="isotropic"/>"#)), (hg(0.0), hg(0.0)));
+    assert_eq!(phase(r#"<phase type="rayleigh"/>"#), Phase::Rayleigh);
+    let table = r#"<phase type="tabphase"><string name="values" value="1, 0.5 2"/></phase>"#;
+    assert_eq!(phase(table), Phase::Tabulated(vec![1.0, 0.5, 2.0]));
+    let blend = |inner: &str| format!(r#"<phase type="blendphase"><float name="weight" value="0.25"/>{inner}</phase>"#);
+    let two = r#"<phase type="hg"><float name="g" value="0.5"/></phase><phase type="rayleigh"/>"#;
+    let Phase::Blend { parts, .. } = phase(&blend(two)) else { panic!("no blend") };
+    assert_eq!(*parts, [hg(0.5), Phase::Rayleigh]);
+    // Four in one another are well, five are said to be too many.
+    let nested = |n: usize| (2..n).fold(blend(two), |inner, _| blend(&format!(r#"<phase type="isotropic"/>{inner}"#)));
+    assert_eq!(phase(&nested(4)).leaves().len(), 4);
+    for (bad, words) in [
+        (nested(5).as_str(), "more than 4"),
+        (blend(r#"<phase type="isotropic"/>"#).as_str(), "needs two phase functions"),
+        (r#"<phase type="tabphase"><string name="values" value="1 x"/></phase>"#, "list of numbers"),
+        (r#"<phase type="tabphase"><string name="values" value="0 0"/></phase>"#, "two values or more"),
+        (r#"<phase type="sggx"/>"#, "`sggx` is not built"),
+    ] {
+        let outcome = of(bad);
+        let said: String = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
+        assert!(outcome.scene.is_none() && said.contains(words), "{bad}: {said}");
+    }
+}
+
+#[test]
+fn grids_are_textures_and_signed_distances() {
+    let load_with = |shape: &str, file: Vec<u8>| {
+        let text = SCENE.replace(r#"<shape type="sphere"><ref id="paint"/></shape>"#, shape);
+        let files = Memory::new().with("s/scene.xml", text).with("s/a.vol", file);
+        load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default())
+    };
+    let textured = r#"<shape type="sphere"><bsdf type="diffuse"><texture type="volume" name="reflectance">
+        <volume type="gridvolume" name="volume"><string name="filename" value="a.vol"/>
+        <string name="wrap_mode" value="repeat"/></volume></texture></bsdf></shape>"#;
+    let values = [0.1f32, 0.2, 0.3, 0.4, 0.5, 0.6];
+    let s = load_with(textured, grid([2, 1, 1], 3, &values)).scene.unwrap();
+    let texture = s.grids.iter().next().unwrap();
+    assert_eq!((texture.size, texture.channels, texture.values.as_slice()), ([2, 1, 1], 3, &values[..]));
+    World::build(s).unwrap();
+
+    let surface = r#"<shape type="sdfgrid"><string name="filename" value="a.vol"/><ref id="paint"/></shape>"#;
+    let distances = [-1.0f32, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let s = load_with(surface, grid([2, 2, 2], 1, &distances)).scene.unwrap();
+    assert_eq!(s.distance_grids.iter().next().unwrap().size(), [2; 3]);
+    let world = World::build(s).unwrap();
+    // The corner at the origin is inside: the surface is half a cell away from it along each edge.
+    let hit = |o: [f32; 3], d: [f32; 3]| {
+        let ray = Ray::new(Point3::new(o[0], o[1], o[2]), Vec3::new(d[0], d[1], d[2]), 0.0);
+        world.intersect(&ray).map(|h| (h.t, world.surface(&ray, &h)))
+    };
+    let (t, surface) = hit([3.0, 0.0, 0.0], [-1.0, 0.0, 0.0]).unwrap();
+    assert!((t - 2.5).abs() < 1e-5 && surface.n.dot(Vec3::new(1.0, 1.0, 1.0)) > 0.0, "{t}");
+    assert!(hit([0.8, 0.8, 3.0], [0.0, 0.0, -1.0]).is_none());
+    for (file, words) in [
+        (grid([2, 2, 2], 1, &[1.0; 8]), "one sign"),
+        (grid([2, 2, 2], 3, &[1.0; 24]), "one channel"),
+        (grid([2, 2, 1], 1, &[1.0; 4]), "two or more"),
+        (grid([2, 2, 2], 1, &[f32::NAN; 8]), "not finite"),
+    ] {
+        let outcome = load_with(r#"<shape type="sdfgrid"><string name="filename" value="a.vol"/></shape>"#, file);
+        let said: String = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
+        assert!(outcome.scene.is_none() && said.contains(words), "{said}");
+    }
+}
+
 #[test]
 fn heterogeneous_media_are_grids() {
-    let mut grid = b"VOL\x03".to_vec();
-    grid.extend([1i32, 2, 2, 2, 1].iter().flat_map(|v| v.to_le_bytes()));
-    grid.extend(
-        [0.0f32, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0].iter().flat_map(|v| v.to_le_bytes()),
-    );
+    let grid = grid([2, 2, 2], 1, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
     let shape = r#"<shape type="cube"><bsdf type="null"/><medium type="heterogeneous" name="interior">
         <volume type="gridvolume" name="sigma_t"><string name="filename" value="smoke.vol"/></volume>
         <rgb name="albedo" value="0.9 0.8 0.7"/><phase type="hg"><float name="g" value="0.3"/></phase>
@@ -232,7 +316,8 @@ fn heterogeneous_media_are_grids() {
     let s = outcome.scene.unwrap();
     let medium = s.media.iter().next().unwrap();
     let Volume::Grid { density, .. } = &medium.volume else { panic!("no grid") };
-    assert_eq!((medium.g, density.size, density.values[21]), (0.3, [4, 4, 4], 1.0));
+    assert_eq!(medium.phase, Phase::HenyeyGreenstein { g: 0.3 });
+    assert_eq!((density.size, density.values[21]), ([4, 4, 4], 1.0));
     assert_eq!(s.settings.integrator.kind, IntegratorKind::VolPath);
     World::build(s).unwrap();
 }
@@ -279,7 +364,7 @@ fn the_sun_and_the_sky_stand_as_they_are_told() {
     assert!((to_light.y - 0.6).abs() < 1e-5 && (half_angle.to_degrees() - 0.2679).abs() < 1e-4 && profile.len() == 1);
     let Light::ImageInfinite { world_from_light, image, .. } = &s.lights[0] else { panic!("no sky") };
     // Up is +y: above the horizon there is light, below there is none.
-    let up = world_from_light.vector(steradian_math::Vec3::new(0.0, 0.0, 1.0));
+    let up = world_from_light.vector(Vec3::new(0.0, 0.0, 1.0));
     assert!((up.y - 1.0).abs() < 1e-5);
     let texels = &s.images[*image].texels;
     assert!(texels.texel(5, 20, 2) > 0.0 && texels.texel(5, 500, 2) == 0.0);

@@ -8,7 +8,7 @@ use steradian_math::{Normal3, PI, Point3, Transform, Vec3};
 use steradian_sampling::{Randomization, SamplerKind};
 use steradian_scene::{
     Bands, Bidirectional, CheckerMapping, EnvironmentMapping, FilmKind, Glow, IntegratorKind, Ior, Light,
-    LightSelection, Mapping2, Metal, Metropolis, PhotonMapping, Primitive, Projection, Scattering, Scene, Shape,
+    LightSelection, Mapping2, Metal, Metropolis, Phase, PhotonMapping, Primitive, Projection, Scattering, Scene, Shape,
     SphericalMapping, TestFunction, Texture, Volume,
 };
 use steradian_spectrum::{ColorSpace, SpectrumUse, cie};
@@ -417,7 +417,8 @@ fn a_boundary_is_where_media_differ() {
     assert_eq!(s.primitives[0].media.unwrap().outside, None);
     assert_eq!((s.primitives[1].media, s.primitives[2].media), (None, None));
     let m = &s.media[fog];
-    assert_eq!((m.name.as_str(), m.scale, m.g), ("fog", 2.0, 0.5));
+    assert_eq!((m.name.as_str(), m.scale), ("fog", 2.0));
+    assert_eq!(m.phase, Phase::HenyeyGreenstein { g: 0.5 });
     let Volume::Homogeneous { emission, .. } = &m.volume else { panic!("{:?}", m.volume) };
     let (le, scale) = emission.as_ref().unwrap();
     near(luminance(le, *scale), 4.0);

@@ -134,19 +134,16 @@ fn well_spread(n: u32) -> u32 {
 
 /// The most generous `ends(tile, scale)` that takes `average` samples per pixel at most; it grows with the scale, up to `most`.
 pub(crate) fn spend(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64) -> u32) -> Vec<u32> {
-    let [low, _] = affordable(film, average, most, &ends);
+    let ([low, _], _) = affordable(film, average, most, &ends);
     (0..film.tiles.len()).map(|i| ends(i, low)).collect()
 }
 
 /// The same where many tiles take a large step at the same scale: as many of them as can be paid do, from the first on.
 fn spend_by_steps(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64) -> u32) -> Vec<u32> {
-    let [low, high] = affordable(film, average, most, &ends);
-    let samples = |i: usize, end: u32| u64::from(end) * film.tiles[i].len() as u64;
-    let all = |of: &dyn Fn(usize) -> u32| (0..film.tiles.len()).map(|i| samples(i, of(i))).sum::<u64>();
-    let mut left = all(&|_| average).saturating_sub(all(&|i| ends(i, low)));
+    let ([low, high], mut left) = affordable(film, average, most, &ends);
     let step = |i: usize| {
         let (end, next) = (ends(i, low), ends(i, high));
-        let price = samples(i, next - end);
+        let price = u64::from(next - end) * film.tiles[i].len() as u64;
         if price > left {
             return end;
         }
@@ -156,19 +153,18 @@ fn spend_by_steps(film: &Film, average: u32, most: f64, ends: impl Fn(usize, f64
     (0..film.tiles.len()).map(step).collect()
 }
 
-/// Two scales next to each other: the larger is beyond the budget, or is `most`.
-fn affordable(film: &Film, average: u32, most: f64, ends: &impl Fn(usize, f64) -> u32) -> [f64; 2] {
-    let pixels: u64 = film.tiles.iter().map(|t| t.len() as u64).sum();
-    let budget = u64::from(average) * pixels;
-    let total = |scale: f64| {
-        film.tiles.iter().enumerate().map(|(i, t)| u64::from(ends(i, scale)) * t.len() as u64).sum::<u64>()
+/// Two scales next to each other, of which the larger is beyond the budget, or is `most`; and the samples that the smaller leaves.
+fn affordable(film: &Film, average: u32, most: f64, ends: &impl Fn(usize, f64) -> u32) -> ([f64; 2], u64) {
+    let total = |ends: &dyn Fn(usize) -> u32| -> u64 {
+        film.tiles.iter().enumerate().map(|(i, t)| u64::from(ends(i)) * t.len() as u64).sum()
     };
+    let budget = total(&|_| average);
     let (mut low, mut high) = (0.0, most);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
-        if total(middle) <= budget { low = middle } else { high = middle }
+        if total(&|i| ends(i, middle)) <= budget { low = middle } else { high = middle }
     }
-    [low, high]
+    ([low, high], budget.saturating_sub(total(&|i| ends(i, low))))
 }
 
 /// The tiles left, right, above and below.

@@ -26,7 +26,7 @@ pub use material::{
     AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
     NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, Translucency,
 };
-pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
+pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, Phase, RgbGrid, Volume, VoxelGrid};
 pub use parameters::{ParameterError, Value};
 pub use scene::Scene;
 pub use settings::{
@@ -40,7 +40,9 @@ pub use technique::{
     Whitted,
 };
 pub use test_function::TestFunction;
-pub use texture::{CheckerMapping, FloatTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage};
+pub use texture::{
+    CheckerMapping, FloatTexture, GridTexture, ImageMap, Mapping2, Noise, SpectrumTexture, Texture, TextureImage,
+};
 pub use world::{
     CameraModel, CameraRay, CameraSample, Census, Collision, DIFFERENTIAL_SCALE, Emission, Footprint, FreeFlight, Hit,
     LightContext, LightEnd, LightPoint, LightRows, LightSample, MediumPoint, MediumRay, MeshPoint, PlainHit, PlainLobe,

@@ -1,6 +1,7 @@
 //! Participating media as the user stated them: what absorbs, scatters and emits in the space between surfaces.
 
-use crate::SparseGrid;
+use crate::{FloatInput, SparseGrid};
+use steradian_bsdf::{MOST_PHASES, TabulatedPhase};
 use steradian_math::{Bounds3, Transform};
 use steradian_spectrum::{ColorSpace, Spectrum};
 
@@ -9,14 +10,56 @@ use steradian_spectrum::{ColorSpace, Spectrum};
 pub struct Medium {
     /// Name, for messages.
     pub name: String,
-    /// Mean cosine of the Henyey-Greenstein phase function.
-    pub g: f32,
+    /// Into which directions it scatters.
+    pub phase: Phase,
     /// Factor of the absorption and the scattering coefficient, not of emission.
     pub scale: f32,
     /// Where the volume lies. Coefficients are per unit of world length whatever it is.
     pub world_from_medium: Transform,
     /// What fills it.
     pub volume: Volume,
+}
+
+/// Into which directions a medium scatters.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Phase {
+    /// The function of Henyey and Greenstein (1941).
+    HenyeyGreenstein {
+        /// Mean cosine; zero scatters evenly.
+        g: f32,
+    },
+    /// Rayleigh's (1871), of molecules.
+    Rayleigh,
+    /// Values at equal steps of the cosine of the scattering angle, from -1, straight back, to 1, straight on; their scale does not matter.
+    Tabulated(Vec<f32>),
+    /// `(1 - amount) * a + amount * b`.
+    Blend {
+        /// At amount 0, and at amount 1.
+        parts: Box<[Phase; 2]>,
+        /// The blend, looked up by place.
+        amount: FloatInput,
+    },
+}
+
+impl Phase {
+    /// The phase functions that it is made of; those of a blend one after the other.
+    pub fn leaves(&self) -> Vec<&Phase> {
+        match self {
+            Self::Blend { parts, .. } => parts.iter().flat_map(Self::leaves).collect(),
+            leaf => vec![leaf],
+        }
+    }
+
+    fn validate(&self) -> Result<(), MediumError> {
+        if self.leaves().len() > MOST_PHASES {
+            return Err(MediumError::ManyPhases { most: MOST_PHASES });
+        }
+        self.leaves().into_iter().try_for_each(|leaf| match leaf {
+            Self::HenyeyGreenstein { g } if !(*g > -1.0 && *g < 1.0) => Err(MediumError::Anisotropy { g: *g }),
+            Self::Tabulated(values) if TabulatedPhase::new(values).is_none() => Err(MediumError::PhaseTable),
+            _ => Ok(()),
+        })
+    }
 }
 
 /// Absorption and scattering coefficients per unit length, where the density is one.
@@ -183,6 +226,15 @@ pub enum MediumError {
         /// The mean cosine.
         g: f32,
     },
+    /// A table that is no phase function.
+    #[error("a tabulated phase function needs two values or more, finite, not negative and not all zero")]
+    PhaseTable,
+    /// A blend of blends of blends.
+    #[error("a blend of more than {most} phase functions")]
+    ManyPhases {
+        /// How many are possible.
+        most: usize,
+    },
     /// A box without volume.
     #[error("the box of the medium is empty")]
     Bounds,
@@ -194,9 +246,7 @@ impl Medium {
     /// # Errors
     /// The first thing that is wrong.
     pub fn validate(&self) -> Result<(), MediumError> {
-        if !(self.g > -1.0 && self.g < 1.0) {
-            return Err(MediumError::Anisotropy { g: self.g });
-        }
+        self.phase.validate()?;
         number("scale", self.scale)?;
         match &self.volume {
             Volume::Homogeneous { coefficients, emission } => {

@@ -1,11 +1,11 @@
 //! The scene: what the user said, as plain data.
 
 use crate::{
-    Arena, Camera, Displacement, FloatTexture, Handle, Instance, Light, LightGroup, Material, Medium, Object,
-    Primitive, RenderSettings, SpectrumTexture, TextureImage,
+    Arena, Camera, Displacement, FloatTexture, GridTexture, Handle, Instance, Light, LightGroup, Material, Medium,
+    Object, Primitive, RenderSettings, SpectrumTexture, TextureImage,
 };
 use steradian_bsdf::MeasuredMaterial;
-use steradian_geometry::{BilinearMesh, TriangleMesh};
+use steradian_geometry::{BilinearMesh, DistanceGrid, TriangleMesh};
 
 /// Everything that a file says, without anything derived from it.
 #[derive(Clone, Debug)]
@@ -14,10 +14,14 @@ pub struct Scene {
     pub triangle_meshes: Arena<TriangleMesh>,
     /// Meshes of bilinear patches, in object space.
     pub bilinear_meshes: Arena<BilinearMesh>,
+    /// Grids of signed distances, in object space.
+    pub distance_grids: Arena<DistanceGrid>,
     /// Triangle meshes that textures displace.
     pub displacements: Vec<Displacement>,
     /// Pictures.
     pub images: Arena<TextureImage>,
+    /// Grids of values that textures look up.
+    pub grids: Arena<GridTexture>,
     /// Scalar textures.
     pub float_textures: Arena<FloatTexture>,
     /// Spectral textures.
@@ -52,8 +56,10 @@ impl Scene {
         Self {
             triangle_meshes: Arena::default(),
             bilinear_meshes: Arena::default(),
+            distance_grids: Arena::default(),
             displacements: Vec::new(),
             images: Arena::default(),
+            grids: Arena::default(),
             float_textures: Arena::default(),
             spectrum_textures: Arena::default(),
             materials: Arena::default(),

@@ -1,7 +1,7 @@
 //! Shapes with what covers them, and instances.
 
 use crate::{AreaLight, FloatTexture, Handle, Material, Medium};
-use steradian_geometry::{BilinearMesh, Curve, Cylinder, Disk, Sphere, TriangleMesh};
+use steradian_geometry::{BilinearMesh, Curve, Cylinder, Disk, DistanceGrid, Sphere, TriangleMesh};
 use steradian_math::{AnimatedTransform, Transform};
 
 /// The geometry of a primitive, in object space.
@@ -19,6 +19,8 @@ pub enum Shape {
     Cylinder(Cylinder),
     /// Thin curves. They cannot be sampled as lights: what shines on them is found by chance.
     Curves(Vec<Curve>),
+    /// Where signed distances on a grid are zero. As with curves, what shines on them is found by chance.
+    Distances(Handle<DistanceGrid>),
 }
 
 /// The media on the two sides of a boundary; `None` is vacuum.

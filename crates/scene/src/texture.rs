@@ -104,6 +104,23 @@ pub struct ImageMap {
     pub invert: bool,
 }
 
+/// Values in the middle of the cells of a box in space, x fastest, interpolated in between.
+#[derive(Clone, Debug)]
+pub struct GridTexture {
+    /// World space to the unit cube that the cells fill.
+    pub texture_from_world: Transform,
+    /// Number of cells along x, y, z.
+    pub size: [u32; 3],
+    /// One, or three, which are linear sRGB.
+    pub channels: usize,
+    /// The values, channels side by side.
+    pub values: Vec<f32>,
+    /// What lies outside the box.
+    pub wrap: Wrap,
+    /// Whether each cell has its value all over.
+    pub nearest: bool,
+}
+
 /// The mapping of a checkerboard decides its dimension.
 #[derive(Clone, Debug)]
 pub enum CheckerMapping {
@@ -189,6 +206,8 @@ pub enum Texture<T, C> {
     },
     /// A picture.
     Image(ImageMap),
+    /// A grid of values in space.
+    Grid(Handle<GridTexture>),
     /// Noise of one kind or another.
     Noise {
         /// World to texture space.

@@ -8,21 +8,31 @@ use steradian_scene::World;
 
 use crate::oidn::{Oidn, Pictures};
 
-/// Replaces the colours of `picture` by denoised ones; `noisy.R .G .B` keep what was there.
+/// Bytes for each pixel that the pictures take that go in and out.
+pub(crate) const BYTES_A_PIXEL: u64 = 120;
+
+/// Replaces the colours of `picture` by denoised ones; `noisy.R .G .B` keep what was there. The library may take about `memory` bytes.
 ///
 /// # Errors
 /// The library's words.
-pub(crate) fn denoise(oidn: &Oidn, picture: &mut Image, world: &World, threads: usize) -> Result<(), String> {
+pub(crate) fn denoise(
+    oidn: &Oidn,
+    picture: &mut Image,
+    world: &World,
+    threads: usize,
+    memory: u64,
+) -> Result<(), String> {
     let size = [picture.width(), picture.height()];
     let planes = picture.planes("").ok_or("there are no colours")?;
     let noisy = planes.map(<[f32]>::to_vec);
     let color: Vec<f32> = (0..size[0] * size[1]).flat_map(|i| [noisy[0][i], noisy[1][i], noisy[2][i]]).collect();
     let seen = features(world, u32::MAX, threads, &AtomicBool::new(false)).ok_or("the guides are not complete")?;
     // What guides are left with of lenses and filters is noise as well: they go first.
-    let guide = |name, values: Vec<f32>| oidn.denoise(&Pictures { size, color: &values, name, guides: None });
+    let guide = |name, values: Vec<f32>| oidn.denoise(&Pictures { size, color: &values, name, guides: None, memory });
     let albedo = guide("albedo", seen.iter().flat_map(|f| f.albedo).collect())?;
     let normal = guide("normal", seen.iter().flat_map(|f| f.normal).collect())?;
-    let clean = oidn.denoise(&Pictures { size, color: &color, name: "color", guides: Some([&albedo, &normal]) })?;
+    let clean =
+        oidn.denoise(&Pictures { size, color: &color, name: "color", guides: Some([&albedo, &normal]), memory })?;
     let keep = |image: &mut Image| -> Result<(), Error> {
         for (c, (name, old)) in ["R", "G", "B"].into_iter().zip(noisy).enumerate() {
             image.add(&format!("noisy.{name}"), old, Precision::Float)?;

@@ -108,6 +108,7 @@ fn shape_name(shape: &Shape) -> &'static str {
         Shape::Disk(_) => "disk",
         Shape::Cylinder(_) => "cylinder",
         Shape::Curves(_) => "curve",
+        Shape::Distances(_) => "grid of signed distances",
     }
 }
 

@@ -5,6 +5,7 @@
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
 
@@ -12,14 +13,16 @@ use libloading::Library;
 
 type Handle = *mut c_void;
 
+/// As much memory as the library takes where nobody limits it.
+const MOST_MEGABYTES: c_int = 3000;
+
 /// A picture of three floats a pixel.
 const FLOAT3: c_int = 3;
 
-/// The library and a device of it.
+/// The library and a device of it. It stays loaded until the program ends: its threads may outlive the device, and would
+/// wake up to code that is gone.
 pub(crate) struct Oidn {
-    library: Library,
-    /// What the C++ library leans on; loaded before it, dropped after it.
-    _needed: Option<Library>,
+    library: ManuallyDrop<Library>,
     device: Handle,
     /// Where it was found.
     pub path: PathBuf,
@@ -35,6 +38,8 @@ pub(crate) struct Pictures<'a> {
     pub name: &'static str,
     /// Albedo and normals that are without noise.
     pub guides: Option<[&'a [f32]; 2]>,
+    /// Memory in bytes that the library may take for itself, roughly: it cuts the picture into tiles to keep to it.
+    pub memory: u64,
 }
 
 impl Oidn {
@@ -58,9 +63,11 @@ impl Oidn {
     }
 
     fn open(path: &Path) -> Result<Oidn, String> {
-        let needed = path.parent().filter(|p| p.is_absolute()).and_then(tbb);
+        if let Some(folder) = path.parent().filter(|p| p.is_absolute()) {
+            load_tbb(folder);
+        }
         // SAFETY: loading runs the library's initialisers. The user put it where we look, as any program trusts its libraries.
-        let library = unsafe { Library::new(path) }.map_err(|e| e.to_string())?;
+        let library = ManuallyDrop::new(unsafe { Library::new(path) }.map_err(|e| e.to_string())?);
         // SAFETY: the types are those of oidn.h; a device is committed before use and released in `drop`.
         let device = unsafe {
             let new: unsafe extern "C" fn(c_int) -> Handle = function(&library, c"oidnNewDevice")?;
@@ -72,7 +79,7 @@ impl Oidn {
             commit(device);
             device
         };
-        let oidn = Oidn { library, _needed: needed, device, path: path.to_owned() };
+        let oidn = Oidn { library, device, path: path.to_owned() };
         oidn.check()?;
         Ok(oidn)
     }
@@ -99,6 +106,9 @@ impl Oidn {
             let set_bool: unsafe extern "C" fn(Handle, *const c_char, bool) =
                 function(&self.library, c"oidnSetFilter1b")
                     .or_else(|_| function(&self.library, c"oidnSetFilterBool"))?;
+            let set_int: unsafe extern "C" fn(Handle, *const c_char, c_int) =
+                function(&self.library, c"oidnSetFilter1i")
+                    .or_else(|_| function(&self.library, c"oidnSetFilterInt"))?;
             let commit: unsafe extern "C" fn(Handle) = function(&self.library, c"oidnCommitFilter")?;
             let execute: unsafe extern "C" fn(Handle) = function(&self.library, c"oidnExecuteFilter")?;
             let release: unsafe extern "C" fn(Handle) = function(&self.library, c"oidnReleaseFilter")?;
@@ -117,6 +127,8 @@ impl Oidn {
             if p.name == "color" {
                 set_bool(filter, c"hdr".as_ptr(), true);
             }
+            let megabytes = c_int::try_from(p.memory >> 20).unwrap_or(c_int::MAX).clamp(1, MOST_MEGABYTES);
+            set_int(filter, c"maxMemoryMB".as_ptr(), megabytes);
             commit(filter);
             execute(filter);
             release(filter);
@@ -162,11 +174,14 @@ unsafe fn function<F: Copy>(library: &Library, name: &CStr) -> Result<F, String>
     unsafe { library.get::<F>(name.to_bytes_with_nul()) }.map(|f| *f).map_err(|e| e.to_string())
 }
 
-/// The thread library that wheels carry next to it under a name that the system does not find.
-fn tbb(folder: &Path) -> Option<Library> {
-    let path = files_called(folder, "libtbb.so").into_iter().next()?;
-    // SAFETY: as for the library itself.
-    unsafe { Library::new(path) }.ok()
+/// Loads the thread library that wheels carry next to it under a name that the system does not find.
+fn load_tbb(folder: &Path) {
+    if let Some(path) = files_called(folder, "libtbb.so").into_iter().next() {
+        // SAFETY: as for the library itself, which says so where it does not find what it needs.
+        if let Ok(library) = unsafe { Library::new(path) } {
+            std::mem::forget(library);
+        }
+    }
 }
 
 /// Names for the system's loader, and files, in the order of trust.

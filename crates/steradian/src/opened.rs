@@ -138,13 +138,15 @@ pub(crate) fn build(scene: Scene, scratch: Option<&Scratch>) -> Result<World, Fa
     })
 }
 
-/// Refuses a world that would go beyond what the user allows.
-pub(crate) fn check_limit(world: &World, film: u64, limit: u64) -> Result<(), Failure> {
+/// What of the memory that the user allows, or the machine has, a world and its film leave.
+///
+/// # Errors
+/// If they take more than the user allows.
+pub(crate) fn memory_left(world: &World, film: u64, limit: Option<u64>) -> Result<u64, Failure> {
     let census = world.census();
     let scene = (census.tree_bytes + census.mesh_bytes + census.image_bytes + census.medium_bytes) as u64;
-    if scene.saturating_add(film) <= limit {
-        return Ok(());
-    }
+    let left = limit.unwrap_or_else(machine_memory).checked_sub(scene.saturating_add(film));
+    let (None, Some(limit)) = (left, limit) else { return Ok(left.unwrap_or(0)) };
     Err(Failure::Input(format!(
         "the scene takes {} and the picture {}, more than --max-memory {}; a smaller --size or a --crop makes the picture smaller",
         numbers::bytes(scene),

@@ -88,13 +88,14 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
     display.phase("build");
     let start = Instant::now();
     let size = opened.scene.settings.film.size();
-    let film = |layers| opened::film_bytes(size, spp.min(1 << 12), layers);
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    let denoising = if args.denoise { pixels.saturating_mul(denoise::BYTES_A_PIXEL) } else { 0 };
+    let film = |layers| opened::film_bytes(size, spp.min(1 << 12), layers).saturating_add(denoising);
     let scratch = opened::scratch(&opened.scene, film(0), &args.run, console)?;
     let world = opened::build(opened.scene, scratch.as_ref())?;
     let layers = aov::layers(&args.aov, args.picture.filter_outliers, &world)?;
-    if let Some(limit) = args.run.max_memory {
-        opened::check_limit(&world, film(layers.width()), limit.0)?;
-    }
+    let memory = args.run.max_memory.map(|limit| limit.0);
+    let left = opened::memory_left(&world, film(layers.width()), memory)?;
     opened::check_cost(&world, args.run.yes)?;
     for what in technique_args::idle(&args.picture.technique, &world) {
         console.warning(what);
@@ -137,7 +138,7 @@ fn one(args: &RenderArgs, expected_hash: Option<String>, console: &Console) -> R
     watch.finish(&rendered.film);
     watch.display.phase("write");
     report_bad_samples(&rendered, args, console);
-    let extras = Extras { aovs: &args.aov, layers: &layers, world: &world, oidn: oidn.as_ref() };
+    let extras = Extras { aovs: &args.aov, layers: &layers, world: &world, oidn: oidn.as_ref().map(|o| (o, left)) };
     let (mut failed, taken) = write(&rendered, &outputs, &watch, part, (&manifest, threads), label, &extras);
     let report = world.settings().integrator.report.as_ref().zip(watch.sampler_error.as_ref());
     if let Some((path, found)) = report {
@@ -164,7 +165,8 @@ struct Extras<'a> {
     aovs: &'a [Aov],
     layers: &'a Layers,
     world: &'a World,
-    oidn: Option<&'a Oidn>,
+    /// The denoiser, and the memory that it may take.
+    oidn: Option<(&'a Oidn, u64)>,
 }
 
 /// Writes the checkpoint, the part and the pictures: everything that can be written. What could not; and what biased options took.
@@ -201,8 +203,8 @@ fn write(
             Ok(_) => {}
             Err(e) => failed.push(format!("the channels of --aov cannot be added: {e}")),
         }
-        if let Some(oidn) = oidn
-            && let Err(e) = denoise::denoise(oidn, &mut picture, world, threads)
+        if let Some((oidn, memory)) = oidn
+            && let Err(e) = denoise::denoise(oidn, &mut picture, world, threads, memory)
         {
             failed.push(format!("the picture is not denoised: {e}"));
         }

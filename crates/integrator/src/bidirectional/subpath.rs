@@ -269,7 +269,7 @@ impl<'w> Setting<'w> {
             let real = c.transmittance * (point.sigma_s / point.sigma_s[hero]);
             walk.beta *= real;
             walk.ratios *= real;
-            let mut at = vertex(Kind::Medium(ray.phase()), walk);
+            let mut at = vertex(Kind::Medium(self.world.phase(medium, c.p)), walk);
             (at.p, at.wo) = (c.p, -d);
             return Flown::Scattered(at);
         }

@@ -1,6 +1,6 @@
 //! A vertex of a path that was made from the camera or from a light.
 
-use steradian_bsdf::{Bsdf, HenyeyGreenstein, Lobe, TransportMode};
+use steradian_bsdf::{Bsdf, Lobe, PhaseMix, TransportMode};
 use steradian_math::{Frame, Normal3, Point3, Ray, Vec3, offset_ray_origin};
 use steradian_scene::{Handle, LightContext, LightEnd, Medium, Surface, World};
 use steradian_spectrum::Lanes;
@@ -19,7 +19,7 @@ pub(crate) enum Kind<'w> {
     /// A surface.
     Surface { surface: Surface, frame: Frame, bsdf: Bsdf<'w> },
     /// A point in a medium.
-    Medium(HenyeyGreenstein),
+    Medium(PhaseMix<'w>),
     /// Nothing: a path from the camera has left the scene.
     Escaped,
 }

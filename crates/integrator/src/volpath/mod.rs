@@ -252,14 +252,14 @@ impl VolPath {
                     p: c.p,
                     n: Normal3::default(),
                     material: world.medium_name(medium).to_owned(),
-                    lobe: "henyey-greenstein".to_owned(),
+                    lobe: world.phase(medium, c.p).name().to_owned(),
                     throughput: walk.beta,
                 });
             }
             walk.depth += 1;
 
             // Sample a light, then the phase function for the next direction.
-            let phase = ray.phase();
+            let phase = world.phase(medium, c.p);
             let context = LightContext::of_point(c.p, walk.ray.time);
             walk.ray.d = d;
             let vertex = Vertices::Medium { p: c.p, phase };
@@ -286,7 +286,8 @@ impl VolPath {
         let passed = flight.passed();
         walk.beta *= passed;
         walk.r_u *= passed;
-        walk.r_l *= passed;
+        // Light sampling would not have left it to chance where the transmittance is known.
+        walk.r_l *= ray.transmittance(t_max * length).map_or(passed, |t| Lanes::splat(1.0 / t[hero]));
         Flown::Through
     }
 }

@@ -330,7 +330,11 @@ impl Found<'_, '_> {
                 self.add(mapping);
                 [inside, outside].into_iter().for_each(|t| self.float(*t));
             }
-            Texture::Constant(_) | Texture::Vertex | Texture::Attribute(_) | Texture::Noise { .. } => {}
+            Texture::Constant(_)
+            | Texture::Vertex
+            | Texture::Attribute(_)
+            | Texture::Grid(_)
+            | Texture::Noise { .. } => {}
         }
     }
 
@@ -360,7 +364,11 @@ impl Found<'_, '_> {
                 self.add(mapping);
                 [inside, outside].into_iter().for_each(|t| self.color(*t));
             }
-            Texture::Constant(_) | Texture::Vertex | Texture::Attribute(_) | Texture::Noise { .. } => {}
+            Texture::Constant(_)
+            | Texture::Vertex
+            | Texture::Attribute(_)
+            | Texture::Grid(_)
+            | Texture::Noise { .. } => {}
         }
     }
 

@@ -2,8 +2,9 @@
 
 use super::Writer;
 use super::text::{integers, list, number, spectrum, transform};
+use steradian_bsdf::TabulatedPhase;
 use steradian_math::Bounds3;
-use steradian_scene::{Coefficients, Medium, RgbGrid, Volume, VoxelGrid};
+use steradian_scene::{Coefficients, Medium, Phase, RgbGrid, Texture, Volume, VoxelGrid};
 
 impl Writer<'_> {
     pub(super) fn media(&mut self) {
@@ -14,9 +15,31 @@ impl Writer<'_> {
                 Volume::Cloud(_) => String::new(),
                 _ => format!(" \"float scale\" {}", number(m.scale)),
             };
-            let text =
-                format!("MakeNamedMedium \"medium{index}\" \"float g\" {}{scale} \"string type\" {kind}", number(m.g));
+            let text = format!(
+                "MakeNamedMedium \"medium{index}\" \"float g\" {}{scale} \"string type\" {kind}",
+                number(self.mean_cosine(&m.phase, &m.name))
+            );
             self.head(&format!("AttributeBegin\n{}\n{text}\nAttributeEnd", transform(&m.world_from_medium)));
+        }
+    }
+
+    /// The mean cosine of a phase function, which is all that pbrt knows of one.
+    fn mean_cosine(&mut self, phase: &Phase, medium: &str) -> f32 {
+        if !matches!(phase, Phase::HenyeyGreenstein { .. }) {
+            self.subject = if medium.is_empty() { String::new() } else { format!("\"{medium}\"") };
+            self.note("phase functions are written as Henyey and Greenstein's of the same mean cosine");
+        }
+        match phase {
+            Phase::HenyeyGreenstein { g } => *g,
+            Phase::Rayleigh => 0.0,
+            Phase::Tabulated(values) => TabulatedPhase::new(values).map_or(0.0, |t| t.mean_cosine()),
+            Phase::Blend { parts, amount } => {
+                let w = match &self.scene.float_textures[*amount].0 {
+                    Texture::Constant(w) => w.clamp(0.0, 1.0),
+                    _ => 0.5,
+                };
+                (1.0 - w) * self.mean_cosine(&parts[0], medium) + w * self.mean_cosine(&parts[1], medium)
+            }
         }
     }
 

@@ -72,6 +72,10 @@ impl Writer<'_> {
                 )]
             }
             Shape::Curves(curves) => curves.iter().map(curve).collect(),
+            Shape::Distances(_) => {
+                self.note("surfaces of signed distances are left out");
+                Vec::new()
+            }
         }
     }
 

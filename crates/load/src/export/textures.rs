@@ -88,11 +88,13 @@ impl Writer<'_> {
                 place = Some(texture_from_world.inverse());
                 noise_of(noise)
             }
-            Texture::Threshold { .. } | Texture::Vertex | Texture::Attribute(_) => match self.flat_float(t) {
-                Some(Flat::Even(v)) => format!("\"constant\" \"float value\" {}", number(v[0])),
-                Some(Flat::Picture(p)) => self.baked_map(&name, &p, &mut place),
-                None => return self.unsaid(&name),
-            },
+            Texture::Threshold { .. } | Texture::Vertex | Texture::Attribute(_) | Texture::Grid(_) => {
+                match self.flat_float(t) {
+                    Some(Flat::Even(v)) => format!("\"constant\" \"float value\" {}", number(v[0])),
+                    Some(Flat::Picture(p)) => self.baked_map(&name, &p, &mut place),
+                    None => return self.unsaid(&name),
+                }
+            }
         };
         self.declare(&name, "float", &text, place);
         Some(name)
@@ -141,13 +143,15 @@ impl Writer<'_> {
                 place = Some(texture_from_world.inverse());
                 noise_of(noise)
             }
-            Texture::Product { .. } | Texture::Threshold { .. } | Texture::Vertex | Texture::Attribute(_) => {
-                match self.flat_color(t) {
-                    Some(Flat::Even(v)) => format!("\"constant\" \"rgb value\" {}", list(&v)),
-                    Some(Flat::Picture(p)) => self.baked_map(&name, &p, &mut place),
-                    None => return self.unsaid(&name),
-                }
-            }
+            Texture::Product { .. }
+            | Texture::Threshold { .. }
+            | Texture::Vertex
+            | Texture::Attribute(_)
+            | Texture::Grid(_) => match self.flat_color(t) {
+                Some(Flat::Even(v)) => format!("\"constant\" \"rgb value\" {}", list(&v)),
+                Some(Flat::Picture(p)) => self.baked_map(&name, &p, &mut place),
+                None => return self.unsaid(&name),
+            },
         };
         self.declare(&name, "spectrum", &text, place);
         Some(name)

@@ -7,7 +7,7 @@ use super::textures::{Meaning, Part};
 use steradian_math::{Transform, ln};
 use steradian_scene::{
     AnisotropyInputs, AreaLight, Coefficients, FilmInputs, FloatInput, FloatTexture, Handle, ImageMap, Ior, Material,
-    Medium, MediumInterface, MetallicRoughnessInputs, NormalMap, Scattering, SpectrumInput, Texture, Volume,
+    Medium, MediumInterface, MetallicRoughnessInputs, NormalMap, Phase, Scattering, SpectrumInput, Texture, Volume,
 };
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
 
@@ -273,7 +273,7 @@ impl Gltf<'_, '_> {
                 Coefficients { sigma_a: of(sigma), sigma_s: Spectrum::constant(0.0, SpectrumUse::Unbounded) };
             Some(self.scene.media.push(Medium {
                 name: m.text("name")?.unwrap_or("").to_string(),
-                g: 0.0,
+                phase: Phase::HenyeyGreenstein { g: 0.0 },
                 scale: 1.0,
                 world_from_medium: Transform::IDENTITY,
                 volume: Volume::Homogeneous { coefficients, emission: None },

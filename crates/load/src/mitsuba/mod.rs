@@ -4,6 +4,7 @@
 //! where one is shown otherwise than Mitsuba shows it, a note says so.
 
 mod emitters;
+mod grids;
 mod materials;
 mod media;
 mod sensors;

@@ -161,6 +161,7 @@ impl Mitsuba<'_> {
             }
             "rectangle" => Some((self.push_mesh(rectangle()), identity)),
             "cube" => Some((self.push_mesh(cube()), identity)),
+            "sdfgrid" => Some((self.distances(o)?, identity)),
             "linearcurve" | "bsplinecurve" => Some((self.curves(o)?, identity)),
             "obj" | "ply" | "serialized" => {
                 let mesh = self.mesh(o, world)?;

@@ -154,9 +154,21 @@ impl Mitsuba<'_> {
                 self.finish(t);
                 Some(self.scene.float_textures.push(FloatTexture(Texture::Scale { tex, scale })))
             }
-            "uniform" | "rawconstant" => {
+            "uniform" | "rawconstant" | "constvolume" => {
                 let v = self.float(t, "value", 1.0);
+                self.finish(t);
                 Some(self.number(v))
+            }
+            "gridvolume" => {
+                let grid = self.grid_texture(t)?;
+                Some(self.scene.float_textures.push(FloatTexture(Texture::Grid(grid))))
+            }
+            "volume" => {
+                let Some(v) = self.named(t, "volume").map(|i| self.object(i)).filter(|v| v.kind != "volume") else {
+                    return Some(self.float_input(t, "volume", 0.75));
+                };
+                self.finish(t);
+                self.float_texture(&v)
             }
             _ => {
                 self.not_built(t);
@@ -182,6 +194,21 @@ impl Mitsuba<'_> {
                 } else {
                     Texture::Attribute(name)
                 }
+            }
+            "gridvolume" => Texture::Grid(self.grid_texture(t)?),
+            "constvolume" => {
+                let p = t.get("value").cloned();
+                let value = p.map_or(Value::Float(1.0), |p| p.value);
+                Texture::Constant(self.spectrum_of(&value, usage, t.span)?)
+            }
+            "volume" => {
+                let inner = self.named(t, "volume").map(|i| self.object(i)).filter(|v| v.kind != "volume");
+                let texture = match inner {
+                    Some(v) => self.texture(&v, usage),
+                    None => Some(self.spectrum(t, "volume", usage, 0.75)),
+                };
+                self.finish(t);
+                return texture;
             }
             "srgb" | "uniform" | "rawconstant" | "d65" | "irregular" | "regular" | "blackbody" => {
                 let s = self.named_spectrum(t, usage)?;

@@ -9,7 +9,7 @@ use steradian_math::{Normal3, Point3, Transform, Vec3};
 use steradian_render::{Goals, Rendered, Snapshot};
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Bidirectional, Coefficients, IntegratorKind, Ior, Light, LightSelection, Medium, MediumInterface, Primitive,
+    Bidirectional, Coefficients, IntegratorKind, Ior, Light, LightSelection, Medium, MediumInterface, Phase, Primitive,
     Projection, Roughness, Scattering, Scene, SettingsError, Shape, SphericalMapping, Volume, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
@@ -229,8 +229,13 @@ pub fn foggy(g: f32, sigma_a: [f32; 3], sigma_s: [f32; 3], lamp_inside: bool) ->
     let of = |rgb| Spectrum::rgb_unbounded(ColorSpace::Srgb, rgb);
     let coefficients = Coefficients { sigma_a: of(sigma_a), sigma_s: of(sigma_s) };
     let volume = Volume::Homogeneous { coefficients, emission: None };
-    let inside =
-        s.media.push(Medium { name: "fog".into(), g, scale: 1.0, world_from_medium: Transform::IDENTITY, volume });
+    let inside = s.media.push(Medium {
+        name: "fog".into(),
+        phase: Phase::HenyeyGreenstein { g },
+        scale: 1.0,
+        world_from_medium: Transform::IDENTITY,
+        volume,
+    });
     let boundary = material(&mut s, Scattering::Interface);
     let shell = sphere(1.2, Vec3::default(), boundary);
     s.primitives.push(Primitive { media: Some(MediumInterface { inside: Some(inside), outside: None }), ..shell });

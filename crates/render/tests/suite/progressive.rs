@@ -9,7 +9,7 @@ use steradian_math::{Point3, Vec3};
 use steradian_render::{Goals, Rendered, Snapshot};
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Bidirectional, IntegratorKind, Ior, Light, LightSelection, Medium, Metropolis, PhotonMapping, Projection,
+    Bidirectional, IntegratorKind, Ior, Light, LightSelection, Medium, Metropolis, Phase, PhotonMapping, Projection,
     Roughness, Scattering, Scene, SettingsError, SphericalMapping, Volume, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
@@ -165,7 +165,13 @@ fn what_cannot_work_is_refused() {
     let coefficients = steradian_scene::Coefficients { sigma_a: grey.clone(), sigma_s: grey.clone() };
     let volume = Volume::Homogeneous { coefficients, emission: Some((grey, 1.0)) };
     let world_from_medium = steradian_math::Transform::IDENTITY;
-    s.media.push(Medium { name: "fire".into(), g: 0.0, scale: 1.0, world_from_medium, volume });
+    s.media.push(Medium {
+        name: "fire".into(),
+        phase: Phase::HenyeyGreenstein { g: 0.0 },
+        scale: 1.0,
+        world_from_medium,
+        volume,
+    });
     assert_eq!(refused(s), SettingsError::GlowingMedia { integrator: "mlt" });
     for kind in [
         sppm(0.0, 10),

@@ -211,7 +211,7 @@ impl World {
             }
             let emission = self.area_lights.len() as u32;
             let record = &mut self.groups[group].primitives[i];
-            if matches!(p.shape, Shape::Curves(_)) {
+            if matches!(p.shape, Shape::Curves(_) | Shape::Distances(_)) {
                 record.unsampled_emission = Some((emission, light.scale));
             } else {
                 record.first_light = Some(emitters.len() as u32);
@@ -224,7 +224,7 @@ impl World {
                     .map(|f| EmitterShape::Patch(*h, f as u32))
                     .collect(),
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
-                Shape::Curves(_) => Vec::new(),
+                Shape::Curves(_) | Shape::Distances(_) => Vec::new(),
             };
             for shape in shapes {
                 let prepared = match shape {

@@ -1,8 +1,8 @@
 //! The geometry of the world, or of one instanced object: a tree over its primitives and what they refer to.
 
 use crate::{Error, FloatTexture, Handle, Material, MediumInterface, Primitive, Scattering, Scene, Shape};
-use steradian_geometry::{Accel, CurveSet, InputTriangle, PlacedQuadric, Quadric};
-use steradian_math::Bounds3;
+use steradian_geometry::{Accel, CurveSet, DistanceGrid, InputTriangle, PlacedQuadric, Quadric, SurfaceHit};
+use steradian_math::{Bounds3, Ray, Transform};
 
 /// What a primitive is, once built.
 #[derive(Clone, Debug)]
@@ -44,7 +44,31 @@ pub(super) enum Other {
         set: u32,
         piece: u32,
     },
+    /// `grid` is an index into the group's grids of distances.
+    Cell {
+        primitive: u32,
+        grid: u32,
+        cell: u32,
+    },
     Instance(u32),
+}
+
+/// Signed distances, where they are, and which side is out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedDistances {
+    grid: Handle<DistanceGrid>,
+    to_world: Transform,
+    flip: bool,
+}
+
+impl PlacedDistances {
+    pub fn intersect(&self, scene: &Scene, cell: u32, ray: &Ray) -> Option<f32> {
+        scene.distance_grids[self.grid].intersect(cell, ray, &self.to_world)
+    }
+
+    pub fn interaction(&self, scene: &Scene, cell: u32, ray: &Ray, t: f32) -> SurfaceHit {
+        scene.distance_grids[self.grid].interaction(cell, ray, t, &self.to_world, self.flip)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -56,6 +80,7 @@ pub(super) struct Group {
     pub others: Vec<Other>,
     pub quadrics: Vec<PlacedQuadric>,
     pub curves: Vec<CurveSet>,
+    pub distances: Vec<PlacedDistances>,
 }
 
 /// How often each mesh is used, triangles and bilinear ones.
@@ -72,7 +97,7 @@ impl MeshUses {
             match &p.shape {
                 Shape::Triangles(h) => uses.triangles[h.index()] += 1,
                 Shape::Bilinear(h) => uses.bilinear[h.index()] += 1,
-                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) => {}
+                Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) | Shape::Distances(_) => {}
             }
         }
         uses
@@ -111,8 +136,8 @@ pub(super) fn place_meshes(scene: &mut Scene, primitives: &mut [Primitive], uses
                     }
                 }
             }
-            // Quadrics and curves keep their transform: they are intersected in their own space.
-            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) => {
+            // The others keep their transform: they are intersected in their own space.
+            Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) | Shape::Curves(_) | Shape::Distances(_) => {
                 p.world_from_object = t;
                 p.reverse_orientation = reverse;
             }
@@ -135,7 +160,7 @@ impl Group {
         let mut records = Vec::with_capacity(primitives.len());
         let mut primitive_of_triangle = Vec::new();
         let (mut others, mut bounds) = (Vec::new(), Vec::new());
-        let (mut quadrics, mut curves) = (Vec::new(), Vec::new());
+        let (mut quadrics, mut curves, mut distances) = (Vec::new(), Vec::new(), Vec::new());
         for (i, p) in primitives.iter().enumerate() {
             let i = i as u32;
             let mut record = PrimitiveRecord {
@@ -173,6 +198,17 @@ impl Group {
                     }
                     curves.push(placed);
                 }
+                Shape::Distances(grid) => {
+                    let (grid, to_world) = (*grid, p.world_from_object);
+                    if shown {
+                        for cell in scene.distance_grids[grid].cells() {
+                            others.push(Other::Cell { primitive: i, grid: distances.len() as u32, cell });
+                            bounds.push(to_world.bounds(&scene.distance_grids[grid].bounds(cell)));
+                        }
+                    }
+                    let flip = p.reverse_orientation ^ to_world.swaps_handedness();
+                    distances.push(PlacedDistances { grid, to_world, flip });
+                }
                 Shape::Triangles(handle) => {
                     record.mesh = handle.index() as u32;
                     let mesh = &scene.triangle_meshes[*handle];
@@ -209,7 +245,7 @@ impl Group {
             }
         };
         let accel = Accel::build_from(primitive_of_triangle.len(), triangle, &bounds)?;
-        Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics, curves })
+        Ok(Self { accel, primitives: records, primitive_of_triangle, others, quadrics, curves, distances })
     }
 
     /// Bytes of the tree and the tables, not of the meshes.

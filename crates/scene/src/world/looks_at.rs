@@ -86,6 +86,7 @@ impl Scene {
                     LooksAt::FOOTPRINT | mapping(&map.mapping)
                 }
             },
+            Texture::Grid(_) => LooksAt::PLACE,
             Texture::Noise { .. } => LooksAt::FOOTPRINT | LooksAt::PLACE,
         }
     }

@@ -3,6 +3,7 @@
 mod build;
 mod camera;
 mod displacement;
+mod grid_texture;
 mod group;
 mod lamp_rows;
 mod lens;
@@ -296,6 +297,17 @@ impl World {
                 }
                 let shape = HitShape::Curve { primitive, set, piece, hit };
                 Some(Hit { t: hit.t, shape, group: group_index, instance: 0 })
+            }
+            Other::Cell { primitive, grid, cell } => {
+                let distances = &group.distances[grid as usize];
+                let t = distances.intersect(&self.scene, cell, ray)?;
+                if group.primitives[primitive as usize].alpha.is_some() {
+                    let p = distances.interaction(&self.scene, cell, ray, t);
+                    if !self.is_there(group, primitive, (cell, None), &p) {
+                        return None;
+                    }
+                }
+                Some(Hit { t, shape: HitShape::Cell { primitive, grid, cell }, group: group_index, instance: 0 })
             }
         }
     }

@@ -162,11 +162,12 @@ impl World {
                 return None;
             }
             let material = &self.scene.materials[record.material].scattering;
-            let looks_at = match material {
-                Scattering::Diffuse { .. } => self.scene.scattering_looks_at(material)?,
-                Scattering::Conductor { .. } if !regularize => self.scene.scattering_looks_at(material)?,
-                _ => return None,
+            let fits = match material {
+                Scattering::Diffuse { .. } => true,
+                Scattering::Conductor { .. } => !regularize,
+                _ => false,
             };
+            let looks_at = fits.then(|| self.scene.scattering_looks_at(material))??;
             if looks_at.varies {
                 let whole = looks_at.place || record.footprint;
                 return Some(Plain { material: record.material, looks_at, whole, rgb: None });
@@ -222,8 +223,7 @@ impl World {
     ) -> Option<PlainLobe> {
         let plain = plain.0.get(at.primitive as usize)?.as_ref()?;
         if !plain.looks_at.varies {
-            let anywhere = || self.lobe_of(plain.material, &TextureContext::default(), w);
-            return if w.is_rgb() { plain.rgb } else { anywhere() };
+            return if w.is_rgb() { plain.rgb } else { self.lobe_of(plain.material, &TextureContext::default(), w) };
         }
         let context = if plain.whole {
             let mut surface = self.surface(ray, hit);

@@ -26,6 +26,7 @@ pub(super) enum HitShape {
     Patch { primitive: u32, face: u32, u: f32, v: f32 },
     Quadric { primitive: u32, index: u32, hit: QuadricHit },
     Curve { primitive: u32, set: u32, piece: u32, hit: CurveHit },
+    Cell { primitive: u32, grid: u32, cell: u32 },
 }
 
 /// The size of a sample on the surface: how position and coordinates change to the next sample in x and in y.
@@ -180,12 +181,14 @@ impl World {
                 (primitive, 0, [0.0; 2], group.quadrics[index as usize].interaction(&hit))
             }
             HitShape::Curve { primitive, set, piece, hit: curve } => {
-                let local = match hit.group {
-                    0 => *ray,
-                    _ => self.instances[hit.instance as usize].world_from_object.at(ray.time).inverse().ray(ray),
-                };
+                let local = self.ray_in_group(ray, hit);
                 let p = group.curves[set as usize].interaction(piece, &local, &curve);
                 (primitive, 0, [curve.u, curve.v], p)
+            }
+            HitShape::Cell { primitive, grid, cell } => {
+                let local = self.ray_in_group(ray, hit);
+                let p = group.distances[grid as usize].interaction(&self.scene, cell, &local, hit.t);
+                (primitive, 0, [0.0; 2], p)
             }
         };
         let instance = (hit.group != 0).then_some(hit.instance);
@@ -217,6 +220,14 @@ impl World {
             element,
             coordinates,
             emission,
+        }
+    }
+
+    /// The ray in the space of the group that it hit.
+    fn ray_in_group(&self, ray: &Ray, hit: &Hit) -> Ray {
+        match hit.group {
+            0 => *ray,
+            _ => self.instances[hit.instance as usize].world_from_object.at(ray.time).inverse().ray(ray),
         }
     }
 

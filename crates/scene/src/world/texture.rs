@@ -293,6 +293,10 @@ impl World {
                 let [r, g, b] = self.texel(map, c);
                 if r == g && g == b { r } else { (r + g + b) / 3.0 }
             }
+            Texture::Grid(grid) => {
+                let [r, g, b] = self.scene.grids[*grid].look_up(c.p);
+                if r == g && g == b { r } else { (r + g + b) / 3.0 }
+            }
             Texture::Noise { texture_from_world, noise } => scalar_noise(noise, &map3(texture_from_world, c)),
         }
     }
@@ -358,6 +362,18 @@ impl World {
                     return Lanes::splat(v);
                 }
                 rgb_lanes(rgb, image.color_space, texture.usage, w)
+            }
+            Texture::Grid(grid) => {
+                let grid = &self.scene.grids[*grid];
+                let rgb = grid.look_up(c.p).map(|v| if v < 0.0 { 0.0 } else { v });
+                if grid.channels == 1 {
+                    return Lanes::splat(if texture.usage == SpectrumUse::Albedo {
+                        at_most_one(rgb[0])
+                    } else {
+                        rgb[0]
+                    });
+                }
+                rgb_lanes(rgb, ColorSpace::Srgb, texture.usage, w)
             }
             Texture::Noise { texture_from_world, noise } => {
                 let c = map3(texture_from_world, c);

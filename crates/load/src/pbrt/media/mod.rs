@@ -9,7 +9,7 @@ use super::params::Params;
 use crate::files::read_all;
 use crate::nanovdb;
 use steradian_math::{Bounds3, Point3};
-use steradian_scene::{Cloud, Coefficients, Glow, Medium, MediumError, RgbGrid, Volume, VoxelGrid};
+use steradian_scene::{Cloud, Coefficients, Glow, Medium, MediumError, Phase, RgbGrid, Volume, VoxelGrid};
 use steradian_spectrum::{ColorSpace, Spectrum, SpectrumUse};
 use steradian_syntax::{Diagnostic, Directive, did_you_mean};
 
@@ -19,7 +19,7 @@ pub(super) fn placeholder(name: &str) -> Medium {
     let coefficients = Coefficients { sigma_a: zero.clone(), sigma_s: zero };
     Medium {
         name: name.to_string(),
-        g: 0.0,
+        phase: Phase::HenyeyGreenstein { g: 0.0 },
         scale: 1.0,
         world_from_medium: steradian_math::Transform::IDENTITY,
         volume: Volume::Homogeneous { coefficients, emission: None },
@@ -64,7 +64,13 @@ impl Loader<'_> {
         if let Some(volume) = volume {
             // A cloud has no factor of its own in pbrt.
             let scale = if kind == "cloud" { 1.0 } else { p.float("scale", 1.0) };
-            let medium = Medium { name, g: p.float("g", 0.0), scale, world_from_medium: self.state.ctm[0], volume };
+            let medium = Medium {
+                name,
+                phase: Phase::HenyeyGreenstein { g: p.float("g", 0.0) },
+                scale,
+                world_from_medium: self.state.ctm[0],
+                volume,
+            };
             match medium.validate() {
                 Ok(()) => self.scene.media[handle] = medium,
                 Err(e) => report(p, &e),
@@ -224,7 +230,7 @@ fn report(p: &mut Params, e: &MediumError) {
     let span = match e {
         MediumError::GridSize { grid, .. } | MediumError::GridValue { grid, .. } => p.span_of(grid),
         MediumError::Number { name, .. } => p.span_of(name),
-        MediumError::Anisotropy { .. } => p.span_of("g"),
+        MediumError::Anisotropy { .. } | MediumError::PhaseTable | MediumError::ManyPhases { .. } => p.span_of("g"),
         MediumError::Bounds => p.span_of("p1"),
     };
     p.error(format!("{}: {e}", p.what()), span);

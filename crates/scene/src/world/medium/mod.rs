@@ -14,12 +14,13 @@ mod tests;
 
 pub use flight::{Collision, FreeFlight};
 
-use super::{Surface, World};
-use crate::medium::{Cloud, Glow, Medium, Volume};
+use super::surface::HitShape;
+use super::{Hit, Surface, TextureContext, World};
+use crate::medium::{Cloud, Glow, Medium, Phase, Volume};
 use crate::{Error, Handle, Ior, Primitive, Scattering, Scene};
 use majorant::{MajorantGrid, Majorants};
 use rgb_grid::BuiltRgbGrid;
-use steradian_bsdf::HenyeyGreenstein;
+use steradian_bsdf::{HenyeyGreenstein, PhaseFunction, PhaseMix, Rayleigh, TabulatedPhase};
 use steradian_math::{Bounds3, Point3, Ray, Transform, Vec3};
 use steradian_spectrum::{Lanes, Spectrum, SpectrumUse, Wavelengths, planck};
 
@@ -30,7 +31,7 @@ const SPARSE_CELLS: usize = 64;
 /// What is derived from a [`Medium`]; the grids themselves stay in the scene.
 #[derive(Clone, Debug)]
 pub(crate) struct BuiltMedium {
-    phase: HenyeyGreenstein,
+    phases: Vec<PhaseFunction>,
     medium_from_world: Transform,
     /// Coefficients at density one, scale included.
     sigma_a: Spectrum,
@@ -160,13 +161,23 @@ impl BuiltMedium {
             Volume::RgbGrid(grid) => (None, BuiltShape::Rgb(BuiltRgbGrid::new(grid))),
         };
         Self {
-            phase: HenyeyGreenstein::new(medium.g),
+            phases: medium.phase.leaves().into_iter().filter_map(built_phase).collect(),
             medium_from_world: medium.world_from_medium.inverse(),
             sigma_a,
             sigma_s,
             emission,
             shape,
         }
+    }
+}
+
+/// `None` for blends, and for what [`Medium::validate`] refuses.
+fn built_phase(phase: &Phase) -> Option<PhaseFunction> {
+    match phase {
+        Phase::HenyeyGreenstein { g } => Some(PhaseFunction::HenyeyGreenstein(HenyeyGreenstein::new(*g))),
+        Phase::Rayleigh => Some(PhaseFunction::Rayleigh(Rayleigh)),
+        Phase::Tabulated(values) => TabulatedPhase::new(values).map(PhaseFunction::Tabulated),
+        Phase::Blend { .. } => None,
     }
 }
 
@@ -194,12 +205,6 @@ impl<F> Glow<F> {
 }
 
 impl<'w> MediumRay<'w> {
-    /// The phase function.
-    #[inline]
-    pub fn phase(&self) -> HenyeyGreenstein {
-        self.built.phase
-    }
-
     /// The point at distance `t`.
     #[inline]
     pub fn position(&self, t: f32) -> Point3 {
@@ -285,9 +290,43 @@ impl World {
 
     /// Whether a surface only separates media, so that light goes straight through.
     #[inline]
-    pub fn is_interface(&self, surface: &Surface) -> bool {
-        let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
+    pub fn is_interface(&self, hit: &Hit) -> bool {
+        let group = &self.groups[hit.group as usize];
+        let primitive = match hit.shape {
+            HitShape::Triangle { id, .. } => group.primitive_of_triangle[id as usize],
+            HitShape::Patch { primitive, .. }
+            | HitShape::Quadric { primitive, .. }
+            | HitShape::Curve { primitive, .. }
+            | HitShape::Cell { primitive, .. } => primitive,
+        };
+        let record = &group.primitives[primitive as usize];
         matches!(self.scene.materials[record.material].scattering, Scattering::Interface)
+    }
+
+    /// The phase function of a medium at a point.
+    #[inline]
+    pub fn phase(&self, medium: Handle<Medium>, p: Point3) -> PhaseMix<'_> {
+        let mut weights = [1.0, 0.0, 0.0, 0.0];
+        if let stated @ Phase::Blend { .. } = &self.scene.media[medium].phase {
+            self.phase_weights(stated, p, 1.0, &mut weights.iter_mut());
+        }
+        PhaseMix::new(&self.media[medium.index()].phases, weights)
+    }
+
+    fn phase_weights<'a>(&self, phase: &Phase, p: Point3, share: f32, weights: &mut impl Iterator<Item = &'a mut f32>) {
+        match phase {
+            Phase::Blend { parts, amount } => {
+                let context = TextureContext { p, ..TextureContext::default() };
+                let w = self.float_texture(*amount, &context).clamp(0.0, 1.0);
+                self.phase_weights(&parts[0], p, share * (1.0 - w), weights);
+                self.phase_weights(&parts[1], p, share * w, weights);
+            }
+            _ => {
+                if let Some(weight) = weights.next() {
+                    *weight = share;
+                }
+            }
+        }
     }
 
     /// The name of a medium.

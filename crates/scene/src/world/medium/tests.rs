@@ -21,7 +21,8 @@ fn world(volume: Volume, world_from_medium: Transform) -> World {
         force_diffuse: false,
         layered_as_pbrt: false,
     });
-    let medium = Medium { name: "m".into(), g: 0.0, scale: 1.0, world_from_medium, volume };
+    let medium =
+        Medium { name: "m".into(), phase: Phase::HenyeyGreenstein { g: 0.0 }, scale: 1.0, world_from_medium, volume };
     scene.camera.medium = Some(scene.media.push(medium));
     World::build(scene).expect("a sound scene")
 }
@@ -228,7 +229,14 @@ fn impossible_media_are_named() {
         let mut density = density.clone();
         change(&mut density);
         let volume = Volume::Grid { coefficients: grey(1.0, 1.0), bounds, density, glow: None };
-        Medium { name: String::new(), g: 0.0, scale: 1.0, world_from_medium: Transform::IDENTITY, volume }.validate()
+        Medium {
+            name: String::new(),
+            phase: Phase::HenyeyGreenstein { g: 0.0 },
+            scale: 1.0,
+            world_from_medium: Transform::IDENTITY,
+            volume,
+        }
+        .validate()
     };
     use crate::MediumError::{GridSize, GridValue};
     assert_eq!(with(&|_| {}), Ok(()));
