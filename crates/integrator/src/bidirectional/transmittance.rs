@@ -4,7 +4,7 @@ use crate::hero::Hero;
 use crate::record::{self, RayKind, Record};
 use steradian_math::{Point3, Ray};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
-use steradian_scene::{Handle, Medium, World};
+use steradian_scene::{FreeFlight, Handle, Medium, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Transmittance over the density of the hero's lane, and the densities of all lanes over the same.
@@ -16,11 +16,32 @@ pub(crate) struct Passed {
 
 impl Passed {
     const ALL: Self = Self { t: Lanes::ONE, ratios: Lanes::ONE };
+
+    /// Estimates by ratio tracking (Novák et al. 2014) what gets through one medium more; `None` if roulette ends it.
+    fn track(&mut self, mut flight: FreeFlight<'_>, hero: Hero, w: &Wavelengths, rng: &mut Rng) -> Option<()> {
+        while let Some(c) = flight.next(rng.f32()) {
+            let per_majorant = c.transmittance * (1.0 / c.majorant[hero.lane]);
+            self.t *= per_majorant * c.sigma_n();
+            self.ratios *= per_majorant * c.majorant;
+            // Russian roulette where little is left.
+            let left = self.t * (1.0 / hero.average(self.ratios, w));
+            if left.max_component() < 0.05 {
+                const END: f32 = 0.75;
+                if rng.f32() < END {
+                    return None;
+                }
+                self.t *= 1.0 / (1.0 - END);
+            }
+        }
+        let passed = flight.passed();
+        self.t *= passed;
+        self.ratios *= passed;
+        Some(())
+    }
 }
 
-/// Estimates by ratio tracking (Novák et al. 2014) what gets along `ray`, which ends at the parameter 1 or never. `None` if
-/// something is in the way. `target` is where the ray leads, to go on there behind each boundary; `seed` makes the
-/// estimate random.
+/// What gets along `ray`, which ends at the parameter 1 or never, or an estimate of it. `None` if something is in the way.
+/// `target` is where the ray leads, to go on there behind each boundary; `seed` makes estimates random.
 pub(crate) fn transmittance<R: Record>(
     world: &World,
     mut ray: Ray,
@@ -34,40 +55,26 @@ pub(crate) fn transmittance<R: Record>(
     if !world.has_media() && !world.has_interfaces() {
         return (!record::occluded(world, &ray, record)).then_some(Passed::ALL);
     }
-    let lane = hero.lane;
     let mut out = Passed::ALL;
     let (o, d) = (ray.o, ray.d);
     let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
     let mut rng = Rng::new(words, mix_bits(words));
     loop {
         let hit = record::intersect(world, &ray, record);
-        let surface = hit.map(|h| world.surface(&ray, &h));
-        if surface.as_ref().is_some_and(|s| !world.is_interface(s)) {
+        if hit.is_some_and(|h| !world.is_interface(&h)) {
             return None;
         }
         if let Some(m) = medium {
             let length = ray.d.length();
             let t_max = hit.map_or(ray.whole_way(), |h| h.t) * length;
-            let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, lane);
-            while let Some(c) = flight.next(rng.f32()) {
-                let per_majorant = c.transmittance * (1.0 / c.majorant[lane]);
-                out.t *= per_majorant * c.sigma_n();
-                out.ratios *= per_majorant * c.majorant;
-                // Russian roulette where little is left.
-                let left = out.t * (1.0 / hero.average(out.ratios, w));
-                if left.max_component() < 0.05 {
-                    const END: f32 = 0.75;
-                    if rng.f32() < END {
-                        return None;
-                    }
-                    out.t *= 1.0 / (1.0 - END);
-                }
+            let along = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w);
+            match along.transmittance(t_max) {
+                Some(t) => out.t *= t,
+                None => out.track(along.fly(t_max, hero.lane), hero, w, &mut rng)?,
             }
-            let passed = flight.passed();
-            out.t *= passed;
-            out.ratios *= passed;
         }
-        let Some(surface) = surface else { return Some(out) };
+        let Some(hit) = hit else { return Some(out) };
+        let surface = world.surface(&ray, &hit);
         medium = world.medium_beyond(&surface, ray.d, medium);
         let next = surface.continue_ray(&ray);
         ray = match target {

@@ -286,7 +286,8 @@ impl VolPath {
         let passed = flight.passed();
         walk.beta *= passed;
         walk.r_u *= passed;
-        walk.r_l *= passed;
+        // Light sampling would not have left it to chance where the transmittance is known.
+        walk.r_l *= ray.transmittance(t_max * length).map_or(passed, |t| Lanes::splat(1.0 / t[hero]));
         Flown::Through
     }
 }

@@ -6,7 +6,7 @@ use crate::record::{self, Contribution, RayKind, Record, Technique};
 use steradian_bsdf::{Bsdf, Lobe, PhaseMix, TransportMode};
 use steradian_math::{Frame, Point3, Ray};
 use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
-use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
+use steradian_scene::{Collision, FreeFlight, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Where a path is and what it has gathered.
@@ -182,7 +182,7 @@ impl Walk {
         }
     }
 
-    /// An estimate of the transmittance to a light by ratio tracking; `None` if a surface is in the way.
+    /// The transmittance to a light, or an estimate of it; `None` if a surface is in the way.
     #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
     fn transmittance<R: Record>(
         &self,
@@ -194,43 +194,30 @@ impl Walk {
         seed: f32,
         record: &mut R,
     ) -> Option<Transmitted> {
-        let hero = self.hero.lane;
         let mut out = Transmitted { t: Lanes::ONE, r_l: Lanes::ONE, r_u: Lanes::ONE };
         let (o, d) = (ray.o, ray.d);
         let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
         let mut rng = Rng::new(words, mix_bits(words));
         loop {
             let hit = record::intersect(world, &ray, record);
-            let surface = hit.map(|h| world.surface(&ray, &h));
-            if surface.as_ref().is_some_and(|s| !world.is_interface(s)) {
+            if hit.is_some_and(|h| !world.is_interface(&h)) {
                 return None;
             }
             if let Some(m) = medium {
                 let length = ray.d.length();
                 let t_max = hit.map_or(ray.whole_way(), |h| h.t) * length;
-                let mut flight = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w).fly(t_max, hero);
-                while let Some(c) = flight.next(rng.f32()) {
-                    let per_majorant = c.transmittance * (1.0 / c.majorant[hero]);
-                    let null = per_majorant * c.sigma_n();
-                    out.t *= null;
-                    out.r_u *= null;
-                    out.r_l *= per_majorant * c.majorant;
-                    // Russian roulette where little is left.
-                    let left = out.t * (1.0 / self.hero.average(out.r_l + out.r_u, w));
-                    if left.max_component() < 0.05 {
-                        const END: f32 = 0.75;
-                        if rng.f32() < END {
-                            return None;
-                        }
-                        out.t *= 1.0 / (1.0 - END);
+                let along = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w);
+                match along.transmittance(t_max) {
+                    // Who samples directions must get through by chance all the same.
+                    Some(t) => {
+                        out.t *= t;
+                        out.r_u *= t;
                     }
+                    None => out.track(along.fly(t_max, self.hero.lane), self.hero, w, &mut rng)?,
                 }
-                let passed = flight.passed();
-                out.t *= passed;
-                out.r_u *= passed;
-                out.r_l *= passed;
             }
-            let Some(surface) = surface else { return Some(out) };
+            let Some(hit) = hit else { return Some(out) };
+            let surface = world.surface(&ray, &hit);
             medium = world.medium_beyond(&surface, ray.d, medium);
             ray = surface.shadow_ray(sample);
             if ray.d.dot(sample.wi) <= 0.0 {
@@ -247,6 +234,33 @@ struct Transmitted {
     t: Lanes,
     r_l: Lanes,
     r_u: Lanes,
+}
+
+impl Transmitted {
+    /// Estimates by ratio tracking (Novák et al. 2014) what gets through one medium more; `None` if roulette ends it.
+    fn track(&mut self, mut flight: FreeFlight<'_>, hero: Hero, w: &Wavelengths, rng: &mut Rng) -> Option<()> {
+        while let Some(c) = flight.next(rng.f32()) {
+            let per_majorant = c.transmittance * (1.0 / c.majorant[hero.lane]);
+            let null = per_majorant * c.sigma_n();
+            self.t *= null;
+            self.r_u *= null;
+            self.r_l *= per_majorant * c.majorant;
+            // Russian roulette where little is left.
+            let left = self.t * (1.0 / hero.average(self.r_l + self.r_u, w));
+            if left.max_component() < 0.05 {
+                const END: f32 = 0.75;
+                if rng.f32() < END {
+                    return None;
+                }
+                self.t *= 1.0 / (1.0 - END);
+            }
+        }
+        let passed = flight.passed();
+        self.t *= passed;
+        self.r_u *= passed;
+        self.r_l *= passed;
+        Some(())
+    }
 }
 
 /// The ray from a point in space to a sampled light; it ends just before the light.

@@ -2,12 +2,12 @@
 
 use crate::furnace::{check_mean, run};
 use crate::scenes::*;
-use steradian_math::{Bounds3, Point3, Transform, Vec3};
+use steradian_math::{Bounds3, PI, Point3, Transform, Vec3};
 use steradian_render::Rendered;
 use steradian_sampling::SamplerKind;
 use steradian_scene::{
-    Coefficients, Glow, IntegratorKind, Ior, Medium, MediumInterface, Phase, Primitive, Roughness, Scattering, Scene,
-    Volume, VoxelGrid, World,
+    Coefficients, Glow, IntegratorKind, Ior, Light, Medium, MediumInterface, Phase, Primitive, Roughness, Scattering,
+    Scene, Volume, VoxelGrid, World,
 };
 use steradian_spectrum::{ColorMode, ColorSpace, Spectrum, SpectrumUse};
 use steradian_testkit::z_test;
@@ -131,6 +131,32 @@ fn a_glowing_medium_saturates() {
     }
 }
 
+/// Light that comes through a medium that is the same everywhere is dimmed by what the formula says, and not by chance.
+#[test]
+fn shadows_of_even_media_have_no_noise() {
+    for kind in [IntegratorKind::VolPath, IntegratorKind::Bdpt(steradian_scene::Bidirectional::default())] {
+        for color in MODES {
+            let mut s = scene(kind, 1, color);
+            // A floor under the box, seen from below the box, and a light above it.
+            s.camera = camera([0.0, -1.2, -4.0], [0.0, -1.5, 0.0], 0.5);
+            let floor = diffuse(&mut s, [0.5; 3]);
+            let q = quad(&mut s, [[-9.0, -1.5, -9.0], [-9.0, -1.5, 9.0], [9.0, -1.5, 9.0], [9.0, -1.5, -9.0]], floor);
+            s.primitives.push(q);
+            let (radiance, scale) = white_light(PI);
+            s.lights.push(Light::Distant { to_light: Vec3::new(0.0, 1.0, 0.0), radiance, scale });
+            fill(&mut s, 0.0, homogeneous(grey(0.8, 0.5)));
+            let r = run(s, 8);
+            check_mean(&r, [0.5 * steradian_math::exp(-2.6); 3], 1e-3, &format!("{kind:?} {color:?}"));
+            let (mean, variance) = (r.film.mean(), r.film.variance());
+            for (m, v) in mean.iter().flatten().zip(variance.iter().flatten()) {
+                // What colours of wavelengths chosen by chance leave: in RGB mode nothing.
+                let limit = if color == ColorMode::Rgb { 1e-3 } else { 0.5 };
+                assert!(f64::from(*v).sqrt() < limit * f64::from(*m), "{kind:?} {color:?}: {m} with a variance of {v}");
+            }
+        }
+    }
+}
+
 /// What scatters without absorbing is invisible under uniform light, whatever its colour, phase function and boundary.
 #[test]
 fn a_white_medium_is_invisible_in_a_furnace() {
@@ -226,7 +252,7 @@ fn without_media_there_is_only_path_tracing() {
 fn light_sampling_is_not_a_switch_among_media() {
     let mut s = empty(4, 1, 4, ColorMode::Rgb, SamplerKind::Independent);
     let (intensity, scale) = white_light(1.0);
-    s.lights.push(steradian_scene::Light::Point { position: Point3::new(0.0, 2.0, 0.0), intensity, scale });
+    s.lights.push(Light::Point { position: Point3::new(0.0, 2.0, 0.0), intensity, scale });
     s.settings.integrator.techniques.light_sampling = false;
     s.settings.integrator.kind = IntegratorKind::VolPath;
     assert!(World::build(s.clone()).is_err());

@@ -5,7 +5,7 @@
 //! integral formulation of light transport").
 
 use super::majorant::Majorants;
-use super::{MediumPoint, MediumRay};
+use super::{BuiltShape, MediumPoint, MediumRay};
 use steradian_math::{Point3, ln};
 use steradian_spectrum::Lanes;
 
@@ -48,6 +48,13 @@ impl Collision {
 }
 
 impl<'w> MediumRay<'w> {
+    /// The transmittance up to the distance `t_max`, where it is known without tracking: in media that are the same everywhere.
+    #[inline]
+    pub fn transmittance(&self, t_max: f32) -> Option<Lanes> {
+        let known = matches!(self.built.shape, BuiltShape::Everywhere);
+        known.then(|| (0.0 - depth_of(self.majorant_scale(), t_max)).exp())
+    }
+
     /// A flight up to the distance `t_max`, whose collisions are sampled for the lane `hero`.
     #[inline]
     pub fn fly(self, t_max: f32, hero: usize) -> FreeFlight<'w> {

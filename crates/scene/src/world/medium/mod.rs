@@ -14,7 +14,8 @@ mod tests;
 
 pub use flight::{Collision, FreeFlight};
 
-use super::{Surface, TextureContext, World};
+use super::surface::HitShape;
+use super::{Hit, Surface, TextureContext, World};
 use crate::medium::{Cloud, Glow, Medium, Phase, Volume};
 use crate::{Error, Handle, Ior, Primitive, Scattering, Scene};
 use majorant::{MajorantGrid, Majorants};
@@ -289,8 +290,16 @@ impl World {
 
     /// Whether a surface only separates media, so that light goes straight through.
     #[inline]
-    pub fn is_interface(&self, surface: &Surface) -> bool {
-        let record = &self.groups[surface.group as usize].primitives[surface.primitive as usize];
+    pub fn is_interface(&self, hit: &Hit) -> bool {
+        let group = &self.groups[hit.group as usize];
+        let primitive = match hit.shape {
+            HitShape::Triangle { id, .. } => group.primitive_of_triangle[id as usize],
+            HitShape::Patch { primitive, .. }
+            | HitShape::Quadric { primitive, .. }
+            | HitShape::Curve { primitive, .. }
+            | HitShape::Cell { primitive, .. } => primitive,
+        };
+        let record = &group.primitives[primitive as usize];
         matches!(self.scene.materials[record.material].scattering, Scattering::Interface)
     }
 
