@@ -144,6 +144,25 @@ fn planes_through_the_origin_are_lit_like_others() {
     }
 }
 
+/// A lamp of which half is there gives half of its light, whoever asks for it.
+#[test]
+fn lamps_that_are_half_there_give_half_of_their_light() {
+    let lit = |radiance: f32, alpha: Option<f32>, kind: IntegratorKind| {
+        let mut s = empty(8, 1, 1, ColorMode::Rgb, SamplerKind::Independent);
+        let grey = diffuse(&mut s, [0.5; 3]);
+        let floor = quad(&mut s, [[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]], grey);
+        let lamp = quad(&mut s, [[-0.7, 1.5, -0.7], [0.7, 1.5, -0.7], [0.7, 1.5, 0.7], [-0.7, 1.5, 0.7]], grey);
+        let alpha = alpha.map(|a| float(&mut s, a));
+        s.primitives = vec![floor, Primitive { area_light: Some(area_light(radiance, true)), alpha, ..lamp }];
+        s.camera = camera([0.0, 1.2, -1.6], [0.0, 0.0, 0.0], 30.0);
+        run(with(&s, kind), 1000)
+    };
+    let path = lit(4.0, None, IntegratorKind::Path);
+    for kind in [IntegratorKind::Path, BDPT, IntegratorKind::LightPath] {
+        same_mean(&lit(8.0, Some(0.5), kind), &path, 4, &format!("{kind:?}"));
+    }
+}
+
 /// Lights without extent, a picture of a lens, a slanted parallel camera, a wide filter and a crop.
 #[test]
 fn points_lenses_filters_and_crops() {

@@ -226,6 +226,9 @@ impl World {
                 Shape::Sphere(_) | Shape::Disk(_) | Shape::Cylinder(_) => vec![EmitterShape::Quadric(this_quadric)],
                 Shape::Curves(_) | Shape::Distances(_) => Vec::new(),
             };
+            // As in pbrt, what is nowhere there shines as a whole, and is not seen.
+            let is_hidden = |&h: &crate::Handle<crate::FloatTexture>| matches!(self.scene.float_textures[h].0, Texture::Constant(a) if a <= 0.0);
+            let alpha = p.alpha.filter(|h| !is_hidden(h));
             for shape in shapes {
                 let prepared = match shape {
                     EmitterShape::Triangle(mesh, face) => {
@@ -239,7 +242,7 @@ impl World {
                     }
                     _ => None,
                 };
-                let mut emitter = Emitter { shape, instance, emission, scale: 1.0, brightness, prepared };
+                let mut emitter = Emitter { shape, instance, emission, scale: 1.0, brightness, prepared, alpha };
                 emitter.scale = self.emission_scale(light, &emitter);
                 emitters.push(emitter);
             }

@@ -212,7 +212,10 @@ impl World {
             }
             _ => None,
         };
-        let radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), d, w);
+        let mut radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), d, w);
+        if emitter.alpha.is_some() {
+            radiance *= self.emitter_presence(emitter, &s);
+        }
         let flux = radiance * (local.z / (s.pdf * pdf_ray * probability));
         let per_area = match emitter.shape {
             EmitterShape::Patch(..) => self.emitter_pdf_area(emitter, time, s.n),

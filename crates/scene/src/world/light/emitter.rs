@@ -1,8 +1,8 @@
 //! Emitting shapes: what area lights sample. Those of instances that move are asked in the instance's space, as it is at the time.
 
 use super::emission::stretch;
-use crate::Handle;
-use crate::world::{Surface, World};
+use crate::world::{Surface, TextureContext, World};
+use crate::{FloatTexture, Handle};
 use steradian_geometry::{BilinearMesh, PlacedQuadric, PreparedTriangle, Reference, ShapeSample, TriangleMesh};
 use steradian_math::{Bounds3, Normal3, Point3, Transform, Vec3};
 
@@ -32,6 +32,8 @@ pub struct Emitter {
     pub brightness: Option<f32>,
     /// A triangle, made ready for sampling.
     pub prepared: Option<PreparedTriangle>,
+    /// How much of it is there.
+    pub alpha: Option<Handle<FloatTexture>>,
 }
 
 impl World {
@@ -112,6 +114,13 @@ impl World {
         own(local.normalize()) * local.length() * inverse.determinant3().abs()
     }
 
+    /// How much of an emitter is there at a sampled point: the probability that a ray meets it.
+    pub(super) fn emitter_presence(&self, e: &Emitter, s: &ShapeSample) -> f32 {
+        let Some(alpha) = e.alpha else { return 1.0 };
+        let context = TextureContext { p: s.p, n: s.n, uv: s.uv, ..TextureContext::default() };
+        self.float_texture(alpha, &context).clamp(0.0, 1.0)
+    }
+
     /// An axis and the cosine of the angle around it that holds all emitting normals, in the emitter's own space.
     pub(super) fn shape_normals(&self, e: &Emitter) -> (Vec3, f32) {
         // Normals at a few points: equal ones mean a flat shape. Anything else is given the whole sphere.
@@ -163,7 +172,7 @@ impl World {
                 Some(triangle) => {
                     let mut s = triangle.sample_solid_angle(from, u)?;
                     // Coordinates matter to pictures only.
-                    if self.area_lights[emitter.emission as usize].image.is_some() {
+                    if self.area_lights[emitter.emission as usize].image.is_some() || emitter.alpha.is_some() {
                         s.uv = self.scene.triangle_meshes[mesh].uv(face as usize, s.uv.x, s.uv.y);
                     }
                     Some(s)

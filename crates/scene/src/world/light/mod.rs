@@ -232,7 +232,10 @@ impl World {
                 }
                 _ => None,
             };
-            let radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), -wi, w);
+            let mut radiance = self.area_radiance(emitter.emission, emitter.scale, s.n, (s.uv, on_mesh), -wi, w);
+            if emitter.alpha.is_some() {
+                radiance *= self.emitter_presence(emitter, &s);
+            }
             if radiance.is_black() {
                 return None;
             }
