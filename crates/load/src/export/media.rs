@@ -81,16 +81,18 @@ impl Writer<'_> {
 /// What glows in a grid of `count` cells.
 fn shine(glow: &Glow<VoxelGrid<f32>>, count: usize) -> String {
     let factors = |field: &Option<VoxelGrid<f32>>, scale: f32| match field {
-        Some(f) => list(&f.values.iter().map(|v| v * scale).collect::<Vec<_>>()),
-        None => list(&vec![scale; count]),
+        // One cell is what is taken where nothing is said.
+        Some(f) if f.size == [1; 3] && count != 1 => String::new(),
+        Some(f) => format!(" \"float Lescale\" {}", list(&f.values.iter().map(|v| v * scale).collect::<Vec<_>>())),
+        None => format!(" \"float Lescale\" {}", list(&vec![scale; count])),
     };
     match glow {
         Glow::Spectrum { radiance, scale, field } => {
             let scale = scale * radiance.photometric();
-            format!("\n  {} \"float Lescale\" {}", spectrum("Le", radiance), factors(field, scale))
+            format!("\n  {}{}", spectrum("Le", radiance), factors(field, scale))
         }
         Glow::Blackbody { temperature, offset, temperature_scale, scale, field } => format!(
-            "\n  \"float temperature\" {} \"float temperatureoffset\" {} \"float temperaturescale\" {} \"float Lescale\" {}",
+            "\n  \"float temperature\" {} \"float temperatureoffset\" {} \"float temperaturescale\" {}{}",
             list(&temperature.values),
             number(*offset),
             number(*temperature_scale),
