@@ -8,13 +8,14 @@ fn main() {
     divan::main();
 }
 
-const KINDS: [SamplerKind; 6] = [
+const KINDS: [SamplerKind; 7] = [
     SamplerKind::Independent,
     SamplerKind::Stratified,
     SamplerKind::Halton,
     SamplerKind::Sobol,
     SamplerKind::PaddedSobol,
     SamplerKind::ZSobol,
+    SamplerKind::Pmj02bn,
 ];
 
 /// Bounces of a path, with one 1D and one 2D number each.

@@ -61,12 +61,13 @@ fn sampler_points<'py>(
         "sobol" => SamplerKind::Sobol,
         "paddedsobol" => SamplerKind::PaddedSobol,
         "zsobol" => SamplerKind::ZSobol,
+        "pmj02bn" => SamplerKind::Pmj02bn,
         _ => {
             return Err(text(
                 py,
                 "InputError",
                 &format!(
-                    "there is no sampler `{sampler}`: independent, stratified, halton, sobol, paddedsobol, zsobol"
+                    "there is no sampler `{sampler}`: independent, stratified, halton, sobol, paddedsobol, zsobol, pmj02bn"
                 ),
             ));
         }

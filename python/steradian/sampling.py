@@ -45,7 +45,7 @@ def points(
 ) -> npt.NDArray[np.float32]:
     """What a sampler of the renderer gives one pixel: ``count`` x ``dimensions`` numbers in [0, 1).
 
-    ``sampler`` is independent, stratified, halton, sobol, paddedsobol or zsobol; ``randomize`` none, permutedigits, fastowen or owen.
+    ``sampler`` is independent, stratified, halton, sobol, paddedsobol, zsobol or pmj02bn; ``randomize`` none, permutedigits, fastowen or owen.
     """
     return _native.sampler_points(sampler, count, dimensions, seed, randomize, pixel, resolution)
 

@@ -20,7 +20,7 @@ def test_warps_and_their_inverses(name: str) -> None:
 
 
 def test_sequences() -> None:
-    for kind in ("independent", "stratified", "halton", "sobol", "paddedsobol", "zsobol"):
+    for kind in ("independent", "stratified", "halton", "sobol", "paddedsobol", "zsobol", "pmj02bn"):
         p = sampling.points(kind, 64, 5, seed=3)
         assert p.shape == (64, 5) and (p >= 0).all() and (p < 1).all()
         assert np.array_equal(p, sampling.points(kind, 64, 5, seed=3))

@@ -49,7 +49,7 @@ def test_problems_have_a_place(tmp_path: Path) -> None:
     assert "sphere" in str(e.value) and e.value.diagnostics[0].severity == "error"
     with pytest.raises(steradian.SceneError, match="no such file"):
         steradian.load(tmp_path / "none.pbrt")
-    scene = steradian.loads('Sampler "pmj02bn"\n' + TEXT)
+    scene = steradian.loads('Sampler "02sequence"\n' + TEXT)
     assert [d.severity for d in scene.warnings] == ["note"] and scene.warnings[0].line == 1
 
 

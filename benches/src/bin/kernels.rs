@@ -18,12 +18,13 @@ use steradian_spectrum::{ColorMode, Lanes};
 /// A name, and the work.
 type Kernel = (&'static str, fn());
 
-const KERNELS: [Kernel; 7] = [
+const KERNELS: [Kernel; 8] = [
     ("build", build),
     ("closest", closest),
     ("any", any),
     ("padded-sobol", || sampler(SamplerKind::PaddedSobol)),
     ("zsobol", || sampler(SamplerKind::ZSobol)),
+    ("pmj02bn", || sampler(SamplerKind::Pmj02bn)),
     ("lobes", lobes),
     ("cornell", cornell),
 ];

@@ -118,6 +118,9 @@ Rotate 30 1 2 3
 LightSource "infinite" "string filename" "square.pfm" "float scale" 0.5
 MakeNamedMedium "grid" "string type" "uniformgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1 "float density" [ 1 0.5 ]
 MakeNamedMedium "cloud" "string type" "cloud" "float density" 2
+MakeNamedMedium "ember" "string type" "uniformgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1 "float density" [ 1 0.5 ] "rgb Le" [ 3 2 1 ] "float Lescale" [ 0 4 ]
+MakeNamedMedium "coal" "string type" "uniformgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1 "float density" [ 1 0.5 ] "rgb Le" [ 3 2 1 ]
+MakeNamedMedium "flame" "string type" "uniformgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1 "float density" [ 1 0.5 ] "float temperature" [ 900 3000 ] "float temperatureoffset" 100 "float Lescale" [ 1 2 ]
 Texture "dots" "spectrum" "dots" "rgb inside" [ 1 0 0 ] "rgb outside" [ 0 0 1 ] "string mapping" "planar" "vector3 v1" [ 2 0 0 ]
 Texture "noise" "float" "fbm" "integer octaves" 3
 Texture "picture" "spectrum" "imagemap" "string filename" "square.pfm" "string wrap" "clamp" "float vscale" -2

@@ -386,12 +386,6 @@ fn lights_with_pictures_and_portals_must_make_sense() {
 #[test]
 fn what_is_not_supported_says_what_happens_instead() {
     assert_eq!(
-        problems("Sampler \"pmj02bn\"\nWorldBegin"),
-        [
-            "scene.pbrt:1:9 note: `pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables",
-        ]
-    );
-    assert_eq!(
         world("Material \"interface\" AreaLightSource \"diffuse\" Shape \"sphere\""),
         ["warning: a shape with an `interface` material cannot emit; its area light is ignored"]
     );

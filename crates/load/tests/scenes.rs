@@ -452,10 +452,12 @@ fn media_of_every_type_become_volumes() {
     let Glow::Blackbody { temperature, offset, temperature_scale, scale, field } = glow else { panic!("{glow:?}") };
     assert_eq!((temperature.values[1], *offset, *temperature_scale, *scale), (900.0, 20.0, 2.0, 1.0));
     assert_eq!(field.as_ref().unwrap().values, [3.0, 4.0]);
-    let Volume::Grid { glow: Some(Glow::Spectrum { radiance, scale, field: None }), .. } = &m[2].volume else {
+    let Volume::Grid { glow: Some(Glow::Spectrum { radiance, scale, field: Some(field) }), .. } = &m[2].volume else {
         panic!("{:?}", m[2])
     };
     near(luminance(radiance, *scale), 1.0);
+    // Not nothing, which would be one everywhere: what pbrt takes without an `Lescale` fades towards the corners.
+    assert_eq!((field.size, field.values.as_slice()), ([1; 3], [1.0].as_slice()));
     let Volume::RgbGrid(g) = &m[3].volume else { panic!("{:?}", m[3]) };
     assert_eq!(g.sigma_a.as_ref().unwrap().values, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
     assert!(g.sigma_s.is_none() && g.emission.as_ref().unwrap().1 == 1.0);

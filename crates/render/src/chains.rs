@@ -70,6 +70,13 @@ pub(crate) struct Bootstrap {
 }
 
 impl Bootstrap {
+    /// Mean brightness of the paths of a length.
+    fn mean(&self, depth: u32) -> f64 {
+        let until = |lengths: u64| (lengths * self.samples).checked_sub(1).map_or(0.0, |i| self.sums[i as usize]);
+        let depth = u64::from(depth);
+        (until(depth + 1) - until(depth)) / self.samples as f64
+    }
+
     /// The path that a chain of `count` starts from, each in proportion to its brightness. Chains go through the running sums in equal
     /// steps, so that each length of path has its share of them: they never change it.
     fn start(&self, seed: u64, chain: usize, count: usize) -> Option<u64> {
@@ -239,11 +246,12 @@ impl<'w, C: Count> Job<'_, 'w, C> {
         let place = std::mem::take(&mut state.place);
         // To look again at where it stands is work that is not counted.
         let mut chain = mlt.chain(world, [start, index as u64], place, scratch.paths(), counts);
+        let mean = bootstrap.mean(chain.depth) as f32;
         while chain.place().step < end {
             if self.cancel.load(Ordering::Relaxed) {
                 return false;
             }
-            let step = catch_unwind(AssertUnwindSafe(|| mlt.step(world, &mut chain, scratch.paths(), &mut own)));
+            let step = catch_unwind(AssertUnwindSafe(|| mlt.step(world, &mut chain, mean, scratch.paths(), &mut own)));
             let Ok(lights) = step else {
                 chain.reject();
                 state.bad += 1;

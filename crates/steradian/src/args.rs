@@ -471,6 +471,9 @@ pub(crate) enum SamplerArg {
     /// The same along a Z curve: the finest grain for a given number of samples
     #[value(name = "zsobol")]
     ZSobol,
+    /// Progressive multi-jittered points that complement each other between pixels, for any number of samples
+    #[value(name = "pmj02bn")]
+    Pmj02bn,
 }
 
 /// The colour modes.

@@ -8,10 +8,14 @@ use steradian_scene::World;
 
 use crate::oidn::{Oidn, Pictures};
 
+/// Looks at a guide's pixel, at least: fewer leave more noise than the filter takes away.
+const LEAST_LOOKS: u32 = 8;
+
 /// Bytes for each pixel that the pictures take that go in and out.
 pub(crate) const BYTES_A_PIXEL: u64 = 120;
 
-/// Replaces the colours of `picture` by denoised ones; `noisy.R .G .B` keep what was there. The library may take about `memory` bytes.
+/// Replaces the colours of `picture` by denoised ones; `noisy.R .G .B` keep what was there. Guides are looked at as often
+/// as the picture was, which had `spp` samples per pixel, within reason. The library may take about `memory` bytes.
 ///
 /// # Errors
 /// The library's words.
@@ -19,14 +23,15 @@ pub(crate) fn denoise(
     oidn: &Oidn,
     picture: &mut Image,
     world: &World,
-    threads: usize,
+    (threads, spp): (usize, u32),
     memory: u64,
 ) -> Result<(), String> {
     let size = [picture.width(), picture.height()];
     let planes = picture.planes("").ok_or("there are no colours")?;
     let noisy = planes.map(<[f32]>::to_vec);
     let color: Vec<f32> = (0..size[0] * size[1]).flat_map(|i| [noisy[0][i], noisy[1][i], noisy[2][i]]).collect();
-    let seen = features(world, u32::MAX, threads, &AtomicBool::new(false)).ok_or("the guides are not complete")?;
+    let seen =
+        features(world, spp.max(LEAST_LOOKS), threads, &AtomicBool::new(false)).ok_or("the guides are not complete")?;
     // What guides are left with of lenses and filters is noise as well: they go first.
     let guide = |name, values: Vec<f32>| oidn.denoise(&Pictures { size, color: &values, name, guides: None, memory });
     let albedo = guide("albedo", seen.iter().flat_map(|f| f.albedo).collect())?;

@@ -90,6 +90,7 @@ fn sampler_kind(arg: SamplerArg) -> SamplerKind {
         SamplerArg::Sobol => SamplerKind::Sobol,
         SamplerArg::PaddedSobol => SamplerKind::PaddedSobol,
         SamplerArg::ZSobol => SamplerKind::ZSobol,
+        SamplerArg::Pmj02bn => SamplerKind::Pmj02bn,
     }
 }
 

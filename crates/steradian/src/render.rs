@@ -204,7 +204,7 @@ fn write(
             Err(e) => failed.push(format!("the channels of --aov cannot be added: {e}")),
         }
         if let Some((oidn, memory)) = oidn
-            && let Err(e) = denoise::denoise(oidn, &mut picture, world, threads, memory)
+            && let Err(e) = denoise::denoise(oidn, &mut picture, world, (threads, rendered.spp), memory)
         {
             failed.push(format!("the picture is not denoised: {e}"));
         }

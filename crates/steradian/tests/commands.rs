@@ -136,7 +136,7 @@ fn every_integrator_and_sampler_renders() {
         let i = image(&f, &format!("{integrator}.exr"));
         assert!(i.planes("").unwrap().iter().all(|p| p.iter().all(|v| v.is_finite())), "{integrator}");
     }
-    for sampler in ["independent", "stratified", "halton", "sobol", "paddedsobol", "zsobol"] {
+    for sampler in ["independent", "stratified", "halton", "sobol", "paddedsobol", "zsobol", "pmj02bn"] {
         f.ok(&format!("render small.pbrt -q --sampler {sampler} -o {sampler}.exr --spp 64"));
         // 64 samples of one scene by two samplers are two estimates of one picture.
         f.ok(&format!("compare {sampler}.exr independent.exr"));

@@ -14,7 +14,7 @@ use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::Record;
 use crate::splat::Splat;
-use space::{PrimarySpace, Stream};
+use space::{PrimarySpace, Stream, Walker};
 use steradian_math::Point2;
 use steradian_sampling::rng::hash_u64;
 use steradian_scene::{CameraSample, Metropolis, World};
@@ -55,7 +55,7 @@ impl PathLight {
 pub struct Chain {
     space: PrimarySpace,
     /// Bounces of its paths.
-    depth: u32,
+    pub depth: u32,
     current: PathLight,
 }
 
@@ -87,21 +87,27 @@ impl Mlt {
         paths: &mut Paths<'w>,
         record: &mut R,
     ) -> Chain {
-        let seed = world.settings().sampler.seed;
-        let seeds = [[index, 0], [index, number + 1]].map(|[a, b]| hash_u64(&[seed, a, b, 0x6d6c_7400]));
+        let lengths = u64::from(self.max_depth) + 1;
+        let (start, depth) = (index / lengths, index % lengths);
+        let seed = hash_u64(&[world.settings().sampler.seed, depth, 0x6d6c_7400]);
         let Metropolis { sigma, large_step_probability, .. } = self.parameters;
-        let mut space = PrimarySpace::new(seeds, sigma, large_step_probability, place);
-        let depth = (index % (u64::from(self.max_depth) + 1)) as u32;
+        let mut space = PrimarySpace::new(Walker { seed, start, number }, sigma, large_step_probability, place);
+        let depth = depth as u32;
         let current = self.light(world, &mut space, depth, paths, record);
         Chain { space, depth, current }
     }
 
     /// One step of a chain: the old light and the proposed one, each with the weight that it is to be added with; a mean of
-    /// that over steps is to be multiplied with the light that there is in all.
+    /// that over steps is to be multiplied with the light that there is in all. `mean` is the mean brightness of independent paths of
+    /// the chain's length.
+    ///
+    /// A large step proposes such an independent path. It counts as a sample of that kind too, beside being one of the chain's, in the
+    /// shares of the balance heuristic (Kelemen et al. 2002): what is dim comes from large steps mostly, what is bright from the chain.
     pub fn step<'w, R: Record>(
         &self,
         world: &'w World,
         chain: &mut Chain,
+        mean: f32,
         paths: &mut Paths<'w>,
         record: &mut R,
     ) -> [(PathLight, f32); 2] {
@@ -109,11 +115,13 @@ impl Mlt {
         let proposed = self.light(world, &mut chain.space, chain.depth, paths, record);
         let old = chain.current;
         let accept = if old.brightness > 0.0 { (proposed.brightness / old.brightness).min(1.0) } else { 1.0 };
-        let share = |light: &PathLight, probability: f32| {
-            if light.brightness > 0.0 { probability / light.brightness } else { 0.0 }
+        let independent = if chain.space.proposes_large() { 1.0 } else { 0.0 };
+        let rest = self.parameters.large_step_probability * mean;
+        let share = |light: &PathLight, samples: f32| {
+            if light.brightness > 0.0 { samples / (light.brightness + rest) } else { 0.0 }
         };
-        let out = [(old, share(&old, 1.0 - accept)), (proposed, share(&proposed, accept))];
-        if chain.space.chance(1) < accept {
+        let out = [(old, share(&old, 1.0 - accept)), (proposed, share(&proposed, accept + independent))];
+        if chain.space.chance() < accept {
             chain.current = proposed;
             chain.space.accept();
         } else {

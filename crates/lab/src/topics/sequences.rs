@@ -2,6 +2,7 @@
 
 use super::prelude::*;
 use crate::experiment::Picture;
+use crate::stage::Rgb;
 use steradian_sampling::rng::{hash_u64, unit_f32};
 use steradian_sampling::sequence::{
     hammersley, jittered_2d, multi_jittered, n_rooks, nested_uniform_scramble, r2, radical_inverse, regular_2d,
@@ -247,6 +248,50 @@ fn integrals(e: &mut Experiment, setting: &Setting) -> String {
     format!("{:.2} to {:.2}", range.1, range.0)
 }
 
+/// Means over blocks of 4 by 4 pixels: what is left of the error for an eye that stands back.
+fn blocks(picture: &[Rgb], width: u32) -> Vec<Rgb> {
+    let (width, side) = (width as usize, 4);
+    let mean = |x: usize, y: usize| {
+        let mut sum = [0.0; 3];
+        for k in 0..side * side {
+            let value = picture[(y * side + k / side) * width + x * side + k % side];
+            sum = std::array::from_fn(|c| sum[c] + value[c]);
+        }
+        sum.map(|v| v / (side * side) as f32)
+    };
+    (0..picture.len() / width / side)
+        .flat_map(|y| (0..width / side).map(move |x| (x, y)))
+        .map(|(x, y)| mean(x, y))
+        .collect()
+}
+
+/// How fine the grain of each sampler is: its error in blocks of pixels, which complement each other or know nothing of each other.
+fn grain(e: &mut Experiment, blurred: &[(&str, Vec<(f64, f64)>)]) {
+    let mut figure = Figure::new(
+        "grain",
+        "Mean squared error of the same picture's blocks of 4 x 4 pixels: small where neighbouring pixels complement each other.",
+        Axis::log("samples per pixel"),
+        Axis::log("mean squared error of blocks"),
+    );
+    let of = |name: &str| blurred.iter().find(|b| b.0 == name).map_or(&[][..], |b| &b.1);
+    for (name, points) in blurred {
+        figure = figure.with(*name, Mark::LineDots, points.clone());
+    }
+    e.figure(figure);
+    let independent = of("independent");
+    for (ours, independent) in of("progressive multi-jittered").iter().zip(independent) {
+        e.claim(Claim::at_most(
+            TOPIC,
+            format!(
+                "blocks of 4 x 4 pixels: squared error of progressive multi-jittered over independent, {} samples",
+                ours.0
+            ),
+            0.4,
+            ours.1 / independent.1,
+        ));
+    }
+}
+
 /// Samplers of the renderer on a picture of penumbrae.
 fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let size = setting.effort.pick([32, 24], [96, 72], [160, 120]);
@@ -261,6 +306,7 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         ("Sobol'", SamplerKind::Sobol),
         ("padded Sobol'", SamplerKind::PaddedSobol),
         ("Z-order Sobol'", SamplerKind::ZSobol),
+        ("progressive multi-jittered", SamplerKind::Pmj02bn),
     ];
     let mut figure = Figure::new(
         "picture",
@@ -271,11 +317,15 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
     let mut shown = Vec::new();
     let mut last = Vec::new();
     let counts: &[u32] = setting.effort.pick(&[4, 16], &[4, 16, 64], &[4, 16, 64, 256]);
+    let blurred_truth = blocks(&truth, size[0]);
+    let mut blurred = Vec::new();
     for (name, kind) in kinds {
         let mut points = Vec::new();
+        let mut of_blocks = Vec::new();
         for &spp in counts {
             let (picture, _) = stage::render_counted(&world, kind, spp, seed, setting.threads);
             points.push((f64::from(spp), stage::mse(&picture, &truth)));
+            of_blocks.push((f64::from(spp), stage::mse(&blocks(&picture, size[0]), &blurred_truth)));
             if spp == 16 {
                 shown.push(paint::colour(
                     &format!("penumbra-{}", shown.len()),
@@ -287,8 +337,10 @@ fn pictures(e: &mut Experiment, setting: &Setting) -> Result<String, Error> {
         }
         last.push((name, points[points.len() - 1].1));
         figure = figure.with(name, Mark::LineDots, points);
+        blurred.push((name, of_blocks));
     }
     e.figure(figure);
+    grain(e, &blurred);
     e.pictures(shown);
     let independent = last[0].1;
     for (name, value) in &last[1..] {

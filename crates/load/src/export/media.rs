@@ -4,7 +4,7 @@ use super::Writer;
 use super::text::{integers, list, number, spectrum, transform};
 use steradian_bsdf::TabulatedPhase;
 use steradian_math::Bounds3;
-use steradian_scene::{Coefficients, Medium, Phase, RgbGrid, Texture, Volume, VoxelGrid};
+use steradian_scene::{Coefficients, Glow, Medium, Phase, RgbGrid, Texture, Volume, VoxelGrid};
 
 impl Writer<'_> {
     pub(super) fn media(&mut self) {
@@ -53,12 +53,10 @@ impl Writer<'_> {
                 format!("\"homogeneous\" {}{}", sigmas(coefficients), glow.unwrap_or_default())
             }
             Volume::Grid { coefficients, bounds, density, glow } => {
-                if glow.is_some() {
-                    self.note("media that glow in places are written dark");
-                }
                 let values = list(&density.values);
+                let glow = glow.as_ref().map_or(String::new(), |g| shine(g, density.values.len()));
                 format!(
-                    "\"uniformgrid\" {} {} \"float density\" {values}",
+                    "\"uniformgrid\" {} {} \"float density\" {values}{glow}",
                     sigmas(coefficients),
                     cells(density.size, bounds)
                 )
@@ -77,6 +75,29 @@ impl Writer<'_> {
                 "\"homogeneous\" \"rgb sigma_a\" [ 0 0 0 ] \"rgb sigma_s\" [ 0 0 0 ]".into()
             }
         }
+    }
+}
+
+/// What glows in a grid of `count` cells.
+fn shine(glow: &Glow<VoxelGrid<f32>>, count: usize) -> String {
+    let factors = |field: &Option<VoxelGrid<f32>>, scale: f32| match field {
+        // One cell is what is taken where nothing is said.
+        Some(f) if f.size == [1; 3] && count != 1 => String::new(),
+        Some(f) => format!(" \"float Lescale\" {}", list(&f.values.iter().map(|v| v * scale).collect::<Vec<_>>())),
+        None => format!(" \"float Lescale\" {}", list(&vec![scale; count])),
+    };
+    match glow {
+        Glow::Spectrum { radiance, scale, field } => {
+            let scale = scale * radiance.photometric();
+            format!("\n  {}{}", spectrum("Le", radiance), factors(field, scale))
+        }
+        Glow::Blackbody { temperature, offset, temperature_scale, scale, field } => format!(
+            "\n  \"float temperature\" {} \"float temperatureoffset\" {} \"float temperaturescale\" {}{}",
+            list(&temperature.values),
+            number(*offset),
+            number(*temperature_scale),
+            factors(field, *scale)
+        ),
     }
 }
 

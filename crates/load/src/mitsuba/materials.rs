@@ -156,6 +156,7 @@ impl Mitsuba<'_> {
             }
             "blendbsdf" => self.blend(o, depth),
             "normalmap" => {
+                self.without_shadowing(o);
                 let inner = self.nested(o, depth);
                 let map = self.named(o, "normalmap").map(|i| self.object(i));
                 let Some(map) = map.and_then(|t| self.bitmap(&t, false)) else {
@@ -167,6 +168,7 @@ impl Mitsuba<'_> {
                 Cover { material: self.scene.materials.push(material), ..inner }
             }
             "bumpmap" => {
+                self.without_shadowing(o);
                 let inner = self.nested(o, depth);
                 let Some(height) = self.child(o, "texture").map(|i| self.object(i)) else {
                     self.error("a bump map needs a texture", o.span);
@@ -187,6 +189,14 @@ impl Mitsuba<'_> {
                 self.not_built(o);
                 self.default_cover()
             }
+        }
+    }
+
+    /// Tells that Mitsuba darkens grazing light where it turns normals.
+    fn without_shadowing(&mut self, o: &Object) {
+        o.get("flip_invalid_normals");
+        if self.flag(o, "use_shadowing_function", true) {
+            self.note_once("bump and normal maps are without the shadowing function of Mitsuba", o.span);
         }
     }
 

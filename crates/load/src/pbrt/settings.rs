@@ -295,14 +295,7 @@ impl Loader<'_> {
                 settings.strata = strata.map(|n| n as u32);
                 settings.jitter = p.boolean("jitter", true);
             }
-            "pmj02bn" => {
-                // Owen-scrambled (0,2)-points are progressive multi-jittered ones (Christensen, Kensler and Kilpatrick 2018;
-                // Helmer, Christensen and Kensler 2021). What pbrt has beyond that is a table of how pixels differ.
-                settings.kind = SamplerKind::PaddedSobol;
-                settings.randomization = Randomization::Owen;
-                let note = "`pmj02bn` takes Owen-scrambled (0,2)-points, which are stratified alike; their error is not blue noise over pixels as from pbrt's tables";
-                p.diagnostics.push(Diagnostic::note(note, p.span));
-            }
+            "pmj02bn" => settings.kind = SamplerKind::Pmj02bn,
             _ => {
                 let span = p.span;
                 p.accept_all();

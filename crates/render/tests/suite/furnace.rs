@@ -8,13 +8,14 @@ use steradian_sampling::SamplerKind;
 use steradian_scene::{LightSelection, Primitive, Scattering, Scene, World};
 use steradian_spectrum::ColorMode;
 
-const SAMPLERS: [SamplerKind; 6] = [
+const SAMPLERS: [SamplerKind; 7] = [
     SamplerKind::Independent,
     SamplerKind::Stratified,
     SamplerKind::Halton,
     SamplerKind::Sobol,
     SamplerKind::PaddedSobol,
     SamplerKind::ZSobol,
+    SamplerKind::Pmj02bn,
 ];
 
 pub fn run(scene: Scene, spp: u32) -> Rendered {

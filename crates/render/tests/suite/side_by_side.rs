@@ -228,7 +228,7 @@ fn check(name: &str, scene: Scene, batch_of: usize, spp: u32, level: Option<fear
 #[test]
 fn paths_side_by_side_are_paths_alone() {
     for color in [ColorMode::Rgb, ColorMode::Spectral] {
-        for sampler in [SamplerKind::ZSobol, SamplerKind::PaddedSobol] {
+        for sampler in [SamplerKind::ZSobol, SamplerKind::PaddedSobol, SamplerKind::Pmj02bn] {
             for (name, scene) in scenes(color, sampler) {
                 check(name, scene, 5, 16, None);
             }

@@ -7,6 +7,7 @@
 mod halton;
 mod independent;
 mod padded_sobol;
+mod pmj02bn;
 mod rows;
 mod sobol;
 mod stratified;
@@ -15,6 +16,7 @@ mod zsobol;
 pub use halton::HaltonSampler;
 pub use independent::IndependentSampler;
 pub use padded_sobol::PaddedSobolSampler;
+pub use pmj02bn::Pmj02bnSampler;
 pub use rows::SamplePlace;
 pub use sobol::SobolSampler;
 pub use stratified::StratifiedSampler;
@@ -39,6 +41,8 @@ pub enum SamplerKind {
     PaddedSobol,
     /// Padded Sobol' with indices along a randomised Z curve, which makes the error blue noise (Ahmed and Wonka 2020).
     ZSobol,
+    /// Progressive multi-jittered (0,2)-points that complement each other between pixels, for any number of samples.
+    Pmj02bn,
 }
 
 impl SamplerKind {
@@ -51,6 +55,7 @@ impl SamplerKind {
             Self::Sobol => "sobol",
             Self::PaddedSobol => "paddedsobol",
             Self::ZSobol => "zsobol",
+            Self::Pmj02bn => "pmj02bn",
         }
     }
 }
@@ -128,6 +133,7 @@ pub enum Sampler {
     Sobol(SobolSampler),
     PaddedSobol(PaddedSobolSampler),
     ZSobol(ZSobolSampler),
+    Pmj02bn(Pmj02bnSampler),
 }
 
 /// The only `match` over the kinds of samplers.
@@ -140,6 +146,7 @@ macro_rules! with_sampler {
             Sampler::Sobol($s) => $body,
             Sampler::PaddedSobol($s) => $body,
             Sampler::ZSobol($s) => $body,
+            Sampler::Pmj02bn($s) => $body,
         }
     };
 }
@@ -154,6 +161,7 @@ impl Sampler {
             SamplerKind::Sobol => Self::Sobol(SobolSampler::new(settings)),
             SamplerKind::PaddedSobol => Self::PaddedSobol(PaddedSobolSampler::new(settings)),
             SamplerKind::ZSobol => Self::ZSobol(ZSobolSampler::new(settings)),
+            SamplerKind::Pmj02bn => Self::Pmj02bn(Pmj02bnSampler::new(settings)),
         };
         sampler.start([0, 0], 0, 0);
         sampler
@@ -194,7 +202,7 @@ impl Sampler {
     /// Only then can a rendering go on beyond its plan, or stop early, and be the one that a new plan would have given.
     pub fn prefix_independent_of_spp(&self) -> bool {
         match self {
-            Self::Independent(_) | Self::Halton(_) | Self::Sobol(_) | Self::PaddedSobol(_) => true,
+            Self::Independent(_) | Self::Halton(_) | Self::Sobol(_) | Self::PaddedSobol(_) | Self::Pmj02bn(_) => true,
             Self::Stratified(s) => s.has_explicit_strata(),
             Self::ZSobol(_) => false,
         }

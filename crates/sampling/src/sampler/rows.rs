@@ -1,9 +1,10 @@
 //! Numbers for many samples side by side: the same ones that each sample alone would have got.
 
+use super::pmj02bn::{dimension_hash, shuffled_in_prefixes};
 use super::zsobol::LowDigits;
-use super::{PaddedSobolSampler, Randomization, SampleSource, Sampler, ZSobolSampler, pixel_hash};
+use super::{PaddedSobolSampler, Pmj02bnSampler, Randomization, SampleSource, Sampler, ZSobolSampler, pixel_hash};
 use crate::rng::{mix_bits, unit_f32};
-use crate::sequence::{laine_karras, pascal};
+use crate::sequence::{laine_karras, pascal, pixel_net_bits};
 use fearless_simd::{Level, dispatch};
 use steradian_math::{ROW, Row, row_end};
 
@@ -33,6 +34,7 @@ impl Sampler {
         match self {
             Self::PaddedSobol(s) => s.randomization() == Randomization::FastOwen,
             Self::ZSobol(s) => s.randomization() == Randomization::FastOwen,
+            Self::Pmj02bn(s) => s.randomization() == Randomization::FastOwen,
             Self::Independent(_) | Self::Stratified(_) | Self::Halton(_) | Self::Sobol(_) => false,
         }
     }
@@ -49,12 +51,14 @@ impl Sampler {
         let varying = match self {
             Self::PaddedSobol(s) => s.keys(samples, &mut words),
             Self::ZSobol(s) => s.mortons(samples, &mut words),
+            Self::Pmj02bn(_) => None,
             other => panic!("{other:?} has no rows"),
         };
         for (&offset, out) in offsets.iter().zip(out) {
             match self {
                 Self::PaddedSobol(s) => s.raw(level, samples, offset, &words, &mut raw),
                 Self::ZSobol(s) => s.raw(level, samples, offset, (&words, varying), &mut raw),
+                Self::Pmj02bn(s) => s.raw(level, samples, offset, &mut raw),
                 _ => {}
             }
             dispatch!(level, _simd => scramble(samples.len(), &raw, out));
@@ -137,6 +141,33 @@ impl ZSobolSampler {
     }
 }
 
+impl Pmj02bnSampler {
+    fn raw(&mut self, level: Level, samples: &[SamplePlace], offset: u32, raw: &mut Raw) {
+        let (mut keys, mut mortons) = (Row::default(), Row::default());
+        let (mut numbers, mut dimensions) = (Row::default(), Row::default());
+        // The curve goes over pixels alone.
+        let mut pixels = [SamplePlace { pixel: [0; 2], sample: 0, dimension: 0 }; ROW];
+        for (i, &s) in samples.iter().enumerate() {
+            pixels[i] = SamplePlace { sample: 0, ..s };
+            keys.0[i] = pixel_hash(s.pixel, self.seed());
+            (numbers.0[i], dimensions.0[i]) = (s.sample, s.dimension.wrapping_add(offset));
+        }
+        let pixels = &pixels[..samples.len()];
+        let varying = self.curve().mortons(pixels, &mut mortons);
+        self.curve().raw(level, pixels, offset, (&mortons, varying), raw);
+        dispatch!(level, _simd => fill_pixels(samples.len(), &keys, &numbers, &dimensions, raw));
+    }
+}
+
+/// From places of pixels on the curve to the bits of points.
+#[inline(always)]
+fn fill_pixels(n: usize, keys: &Row<u64>, numbers: &Row<u32>, dimensions: &Row<u32>, raw: &mut Raw) {
+    for i in 0..row_end(n) {
+        let sample = shuffled_in_prefixes(numbers.0[i], dimension_hash(keys.0[i], dimensions.0[i]));
+        [raw.x.0[i], raw.y.0[i]] = pixel_net_bits(sample, raw.x.0[i]);
+    }
+}
+
 impl Raw {
     #[inline(always)]
     fn set(&mut self, i: usize, index: u64, hash: u64) {
@@ -168,7 +199,7 @@ mod tests {
 
     #[test]
     fn rows_hold_the_numbers_of_their_samples() {
-        for kind in [SamplerKind::PaddedSobol, SamplerKind::ZSobol] {
+        for kind in [SamplerKind::PaddedSobol, SamplerKind::ZSobol, SamplerKind::Pmj02bn] {
             let settings = SamplerSettings { kind, spp: 16, seed: 9, resolution: [40, 30], ..Default::default() };
             let (mut side_by_side, mut alone) = (Sampler::new(&settings), Sampler::new(&settings));
             assert!(side_by_side.has_rows());

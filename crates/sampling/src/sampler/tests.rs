@@ -2,13 +2,14 @@
 
 use super::*;
 
-const KINDS: [SamplerKind; 6] = [
+const KINDS: [SamplerKind; 7] = [
     SamplerKind::Independent,
     SamplerKind::Stratified,
     SamplerKind::Halton,
     SamplerKind::Sobol,
     SamplerKind::PaddedSobol,
     SamplerKind::ZSobol,
+    SamplerKind::Pmj02bn,
 ];
 const RANDOMIZATIONS: [Randomization; 4] =
     [Randomization::None, Randomization::PermuteDigits, Randomization::FastOwen, Randomization::Owen];
@@ -92,20 +93,23 @@ fn numbers_lie_in_the_unit_interval_at_the_extremes() {
 }
 
 #[test]
-fn pairs_of_padded_sobol_are_nets_in_every_pixel_and_dimension() {
-    for randomization in RANDOMIZATIONS {
-        let settings = SamplerSettings { randomization, seed: 5, ..Default::default() };
+fn pairs_of_progressive_points_are_nets_in_every_pixel_and_dimension() {
+    for (kind, randomization) in [SamplerKind::PaddedSobol, SamplerKind::Pmj02bn]
+        .into_iter()
+        .flat_map(|kind| RANDOMIZATIONS.map(|randomization| (kind, randomization)))
+    {
+        let settings = SamplerSettings { kind, randomization, seed: 5, resolution: [1000, 700], ..Default::default() };
         let mut sampler = Sampler::new(&settings);
         for (pixel, dimension) in [([0, 0], 0), ([12, 7], 4), ([999, 3], 31)] {
-            for log2 in [0u32, 3, 6, 9] {
+            for (block, log2) in [0u32, 3].into_iter().flat_map(|block| [0u32, 3, 6, 9].map(|log2| (block, log2))) {
                 for log_x in 0..=log2 {
                     let (nx, ny) = (1usize << log_x, 1usize << (log2 - log_x));
                     let mut seen = vec![false; nx * ny];
                     for i in 0..1u32 << log2 {
-                        sampler.start(pixel, (3 << log2) + i, dimension);
+                        sampler.start(pixel, (block << log2) + i, dimension);
                         let [x, y] = sampler.next_2d();
                         let cell = (y * ny as f32) as usize * nx + (x * nx as f32) as usize;
-                        assert!(!seen[cell], "{randomization:?}, {nx} x {ny}");
+                        assert!(!seen[cell], "{kind:?}, {randomization:?}, {nx} x {ny}");
                         seen[cell] = true;
                     }
                 }
@@ -116,7 +120,7 @@ fn pairs_of_padded_sobol_are_nets_in_every_pixel_and_dimension() {
 
 #[test]
 fn single_numbers_are_stratified() {
-    for kind in [SamplerKind::Stratified, SamplerKind::PaddedSobol, SamplerKind::ZSobol] {
+    for kind in [SamplerKind::Stratified, SamplerKind::PaddedSobol, SamplerKind::ZSobol, SamplerKind::Pmj02bn] {
         let mut sampler = Sampler::new(&SamplerSettings { kind, spp: 16, resolution: [8, 8], ..Default::default() });
         let mut seen = [false; 16];
         for i in 0..16 {

@@ -140,6 +140,12 @@ impl ZSobolSampler {
         if digits.from == 1 { index | digits.last_bit(self.morton) } else { index }
     }
 
+    /// Goes on by some dimensions.
+    #[inline(always)]
+    pub(super) fn skip(&mut self, dimensions: u32) {
+        self.dimension = self.dimension.wrapping_add(dimensions);
+    }
+
     /// The point's place in the sequence, which is its Morton index with the digits permuted, and a hash of the dimension.
     #[inline]
     pub(super) fn place(&mut self) -> (u64, u64) {
@@ -225,7 +231,7 @@ impl SampleSource for ZSobolSampler {
     #[inline]
     fn next_1d(&mut self) -> f32 {
         let (index, hash) = self.place();
-        self.dimension = self.dimension.wrapping_add(1);
+        self.skip(1);
         let (x, seed) = (index as u32, hash as u32);
         // As in padded Sobol': the fast scramble works on reversed bits, and two reversals cancel.
         unit_f32(match self.randomization {
@@ -237,7 +243,7 @@ impl SampleSource for ZSobolSampler {
     #[inline]
     fn next_2d(&mut self) -> [f32; 2] {
         let (index, hash) = self.place();
-        self.dimension = self.dimension.wrapping_add(2);
+        self.skip(2);
         // Pascal's triangle of 64 columns has the triangle of 32 twice in its upper rows, hence the XOR of the halves.
         let (x, y) = (index as u32, pascal(index as u32 ^ (index >> 32) as u32));
         let (seed_x, seed_y) = (hash as u32, (hash >> 32) as u32);

@@ -6,6 +6,7 @@
 mod golden;
 mod grid;
 mod permutation;
+mod pixel_nets;
 mod radical_inverse;
 mod scramble;
 mod sobol;
@@ -13,6 +14,7 @@ mod sobol;
 pub use golden::{golden_ratio, r2, rd};
 pub use grid::{jittered_1d, jittered_2d, multi_jittered, n_rooks, regular_1d, regular_2d};
 pub use permutation::permutation_element;
+pub use pixel_nets::{pascal_transposed, pixel_net, pixel_net_bits};
 pub use radical_inverse::{
     HALTON_DIMENSIONS, PRIMES, halton, hammersley, inverse_radical_inverse, owen_radical_inverse,
     permuted_radical_inverse, radical_inverse, van_der_corput,

@@ -372,7 +372,7 @@ impl Held {
             output::add_layers(&mut image, &rendered.film, prepared.layers.names()).map_err(of_us)?;
             aov::add(&mut image, &args.aov, rendered, prepared.world, prepared.threads, cancel).map_err(of_us)?;
             if let Some(oidn) = &oidn {
-                denoise::denoise(oidn, &mut image, prepared.world, prepared.threads, u64::MAX)
+                denoise::denoise(oidn, &mut image, prepared.world, (prepared.threads, rendered.spp), u64::MAX)
                     .map_err(Trouble::Environment)?;
             }
             Ok(Picture { image, outcome: stop::outcome_name(rendered.outcome), bad_samples: rendered.bad_count })

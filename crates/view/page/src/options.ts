@@ -25,7 +25,7 @@ const CHOICES: Choice[] = [
   {
     name: "sampler",
     label: "Sampler",
-    values: [["", "as the scene says"], ["paddedsobol", "Padded Sobol"], ["independent", "Independent"], ["stratified", "Stratified"], ["halton", "Halton"], ["sobol", "Sobol"], ["zsobol", "Z-Sobol"]],
+    values: [["", "as the scene says"], ["paddedsobol", "Padded Sobol"], ["independent", "Independent"], ["stratified", "Stratified"], ["halton", "Halton"], ["sobol", "Sobol"], ["zsobol", "Z-Sobol"], ["pmj02bn", "PMJ02, blue noise"]],
   },
   { name: "light-sampling", label: "Light sampling", values: [["", "on"], ["off", "off"]], only: PATHS },
   { name: "lobe-sampling", label: "Directions by", values: [["", "lobe"], ["cosine", "cosine"], ["uniform", "uniform"]], only: PATHS },

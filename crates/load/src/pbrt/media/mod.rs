@@ -120,7 +120,9 @@ impl Loader<'_> {
         let floats = |p: &mut Params, name| p.floats(name).map(|(values, _)| VoxelGrid { size, values });
         let density = floats(p, "density");
         let temperature = floats(p, "temperature");
-        let field = floats(p, "Lescale");
+        // pbrt fills in a grid of one cell, which like any other is one at its middle and falls off to all sides.
+        let one_cell = || VoxelGrid { size: [1; 3], values: vec![1.0] };
+        let field = Some(floats(p, "Lescale").unwrap_or_else(one_cell));
         let (offset, temperature_scale) = temperature_map(p);
         let le = self.glow(p);
         if le.is_some() && temperature.is_some() {
