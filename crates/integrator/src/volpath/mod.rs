@@ -4,16 +4,18 @@
 //! `beta` is the throughput over the density of the hero's lane. `r_u` and `r_l` are, for each lane, the densities of the
 //! whole path by unidirectional sampling and with the last direction from light sampling, over the same density.
 
+mod even;
 mod walk;
 
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Bounce, RayKind, Record, Vertex};
 use crate::subsurface;
+use even::EvenFlight;
 use steradian_bsdf::{Lobe, Lobes, TransportMode};
-use steradian_math::{Normal3, Ray};
+use steradian_math::{Normal3, Point3, Ray};
 use steradian_sampling::rng::{Rng, hash_floats};
-use steradian_scene::{CameraRay, Handle, LightContext, Medium, Shading, World};
+use steradian_scene::{CameraRay, Handle, LightContext, Medium, MediumPoint, MediumRay, Shading, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 use walk::{Vertices, Walk};
 
@@ -215,8 +217,21 @@ impl VolPath {
         let d = walk.ray.d * (1.0 / length);
         let ray = world.medium_ray(medium, walk.ray.o, d, wavelengths);
         let mut rng = Rng::new(hash_floats(&[numbers.one(Domain::Other)]), hash_floats(&[numbers.one(Domain::Other)]));
-        let mut flight = ray.fly(t_max * length, hero);
         let mut u = numbers.one(Domain::Other);
+        if let Some(point) = ray.everywhere()
+            && (point.sigma_a * point.emission).is_black()
+        {
+            let Some(p) = self.fly_evenly(world, walk, (&ray, &point), t_max * length, u, wavelengths, &mut rng) else {
+                return Flown::Through;
+            };
+            if rng.f32() >= point.sigma_s[hero] / (point.sigma_a + point.sigma_s)[hero] || walk.depth == self.max_depth
+            {
+                return Flown::Ended;
+            }
+            self.scatter(world, walk, medium, p, wavelengths, numbers, record);
+            return Flown::Scattered;
+        }
+        let mut flight = ray.fly(t_max * length, hero);
         while let Some(c) = flight.next(u) {
             u = rng.f32();
             let (majorant, point) = (c.majorant[hero], c.point);
@@ -246,41 +261,7 @@ impl VolPath {
             let real = c.transmittance * (point.sigma_s / point.sigma_s[hero]);
             walk.beta *= real;
             walk.r_u *= real;
-            if R::DETAILED {
-                record.vertex(Vertex {
-                    depth: walk.depth,
-                    p: c.p,
-                    n: Normal3::default(),
-                    material: world.medium_name(medium).to_owned(),
-                    lobe: world.phase(medium, c.p).name().to_owned(),
-                    throughput: walk.beta,
-                });
-            }
-            walk.depth += 1;
-
-            // Sample a light, then the phase function for the next direction.
-            let phase = world.phase(medium, c.p);
-            let context = LightContext::of_point(c.p, walk.ray.time);
-            walk.ray.d = d;
-            let vertex = Vertices::Medium { p: c.p, phase };
-            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
-            let sample = phase.sample(-d, numbers.two(Domain::Lobe));
-            walk.p_scatter = sample.pdf;
-            walk.r_l = walk.r_u;
-            walk.previous = Some(context);
-            walk.any_non_specular = true;
-            walk.ray = Ray::new(c.p, sample.wi, walk.ray.time);
-            record.ray(RayKind::Scattered);
-            if R::DETAILED {
-                record.bounce(Bounce {
-                    direction: sample.wi,
-                    pdf: sample.pdf,
-                    weight: Lanes::ONE,
-                    specular: false,
-                    transmission: true,
-                    survival: 1.0,
-                });
-            }
+            self.scatter(world, walk, medium, c.p, wavelengths, numbers, record);
             return Flown::Scattered;
         }
         let passed = flight.passed();
@@ -289,5 +270,96 @@ impl VolPath {
         // Light sampling would not have left it to chance where the transmittance is known.
         walk.r_l *= ray.transmittance(t_max * length).map_or(passed, |t| Lanes::splat(1.0 / t[hero]));
         Flown::Through
+    }
+
+    /// Takes the ray through a medium that is the same everywhere and does not shine: where it collides, with the weight of scattering there
+    /// if chance then says scattering, or `None` where it gets to its end.
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
+    fn fly_evenly(
+        &self,
+        world: &World,
+        walk: &mut Walk,
+        (ray, point): (&MediumRay<'_>, &MediumPoint),
+        length: f32,
+        u: f32,
+        wavelengths: &Wavelengths,
+        rng: &mut Rng,
+    ) -> Option<Point3> {
+        let hero = walk.hero.lane;
+        let sigma = point.sigma_a + point.sigma_s;
+        let flight = EvenFlight::new(sigma, length);
+        let caught = flight.caught(sigma[hero]);
+        if u >= caught {
+            let through = flight.transmittance(length);
+            walk.beta *= through * (1.0 / through[hero]);
+            walk.r_u *= through * (1.0 / through[hero]);
+            // Light sampling would not have left it to chance.
+            walk.r_l *= 1.0 / through[hero];
+            return None;
+        }
+        // A lamp for which light is likely to be sampled from here.
+        let from = ray.position(0.5 * flight.reach());
+        let lamp = world.has_lamps_near(from, 1.5 * flight.reach()).then(|| {
+            let context = LightContext::of_point(from, walk.ray.time);
+            world.sample_light(&context, rng.f32(), rng.f32_2d(), wavelengths)
+        });
+        let flight = match lamp.flatten() {
+            Some(l) if l.distance.is_finite() => flight.with_lamp(|t| ray.position(t), from + l.wi * l.distance),
+            _ => flight,
+        };
+        let t = flight.sample(u / caught, hero);
+        let density = flight.density(t);
+        let albedo = point.sigma_s.safe_div(sigma);
+        walk.beta *= flight.transmittance(t) * point.sigma_s * (1.0 / (density[hero] * albedo[hero]));
+        walk.r_u *= density * albedo * (1.0 / (density[hero] * albedo[hero]));
+        Some(ray.position(t))
+    }
+
+    /// Scatters at a point of a medium: samples a light, then the phase function for the next direction.
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
+    fn scatter<N: Numbers, R: Record>(
+        &self,
+        world: &World,
+        walk: &mut Walk,
+        medium: Handle<Medium>,
+        p: Point3,
+        wavelengths: &Wavelengths,
+        numbers: &mut N,
+        record: &mut R,
+    ) {
+        let phase = world.phase(medium, p);
+        if R::DETAILED {
+            record.vertex(Vertex {
+                depth: walk.depth,
+                p,
+                n: Normal3::default(),
+                material: world.medium_name(medium).to_owned(),
+                lobe: phase.name().to_owned(),
+                throughput: walk.beta,
+            });
+        }
+        walk.depth += 1;
+        let d = walk.ray.d.normalize();
+        let context = LightContext::of_point(p, walk.ray.time);
+        walk.ray.d = d;
+        let vertex = Vertices::Medium { p, phase };
+        walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+        let sample = phase.sample(-d, numbers.two(Domain::Lobe));
+        walk.p_scatter = sample.pdf;
+        walk.r_l = walk.r_u;
+        walk.previous = Some(context);
+        walk.any_non_specular = true;
+        walk.ray = Ray::new(p, sample.wi, walk.ray.time);
+        record.ray(RayKind::Scattered);
+        if R::DETAILED {
+            record.bounce(Bounce {
+                direction: sample.wi,
+                pdf: sample.pdf,
+                weight: Lanes::ONE,
+                specular: false,
+                transmission: true,
+                survival: 1.0,
+            });
+        }
     }
 }

@@ -203,6 +203,35 @@ fn a_constant_grid_is_homogeneous() {
     }
 }
 
+/// Distances that lamps in the fog ask for lead to what transmittance alone leads to.
+#[test]
+fn a_lamp_in_fog_shines_as_in_a_grid_of_ones() {
+    for color in MODES {
+        let coefficients = || coloured([0.1, 0.2, 0.4], [0.4, 1.0, 1.5]);
+        let render = |volume: Volume, seed: u64| {
+            let mut s = scene(IntegratorKind::VolPath, 8, color);
+            s.settings.sampler.seed = seed;
+            environment(&mut s, 0.1);
+            let black = diffuse(&mut s, [0.0; 3]);
+            // Just out of sight.
+            let lamp = sphere(0.05, Vec3::new(0.0, 0.5, -0.5), black);
+            s.primitives.push(Primitive { area_light: Some(area_light(200.0, false)), ..lamp });
+            fill(&mut s, 0.4, volume);
+            run(s, 1000)
+        };
+        let grid = Volume::Grid {
+            coefficients: coefficients(),
+            bounds: Bounds3::new(Point3::splat(-2.0), Point3::splat(2.0)),
+            density: VoxelGrid { size: [4; 3], values: vec![1.0; 64] },
+            glow: None,
+        };
+        let (even, tracked) = (render(homogeneous(coefficients()), 1), render(grid, 2));
+        check_same(&even, &tracked, &format!("{color:?}"));
+        let noise = |r: &Rendered| r.film.variance().iter().map(|v| f64::from(v[1])).sum::<f64>();
+        assert!(1.4 * noise(&even) < noise(&tracked), "{color:?}: {} and {}", noise(&even), noise(&tracked));
+    }
+}
+
 /// Light sampling, ratio tracking and spectral weights find what the walk of a photon finds.
 #[test]
 fn both_integrators_agree_on_a_coloured_cloud() {

@@ -1,6 +1,6 @@
-//! One-dimensional densities with closed inverses, and their products: linear, tent, exponential, normal, smooth step, bilinear.
+//! One-dimensional densities with closed inverses, and their products: linear, tent, exponential, equiangular, normal, smooth step, bilinear.
 
-use steradian_math::{ONE_MINUS_EPSILON, SQRT_2, TAU, exp, lerp, ln, sin_cos, smoothstep};
+use steradian_math::{ONE_MINUS_EPSILON, SQRT_2, TAU, atan, exp, lerp, ln, sin_cos, smoothstep, tan};
 
 /// Number in `[0, 1)` with density proportional to the line from `a` (at 0) to `b` (at 1); both at least zero, not both zero.
 #[inline(always)]
@@ -60,6 +60,28 @@ pub fn unit_to_exponential_pdf(x: f32, rate: f32) -> f32 {
 #[inline]
 pub fn exponential_to_unit(x: f32, rate: f32) -> f32 {
     1.0 - exp(-rate * x)
+}
+
+/// Number between `a` and `b` with a density in proportion to `1 / (distance^2 + x^2)`: evenly by the angle under which points of a line are seen
+/// from `distance` > 0 beside its zero (Kulla and Fajardo 2012). Either end may be infinite.
+#[inline]
+pub fn unit_to_equiangular(u: f32, a: f32, b: f32, distance: f32) -> f32 {
+    let (from, to) = (atan(a / distance), atan(b / distance));
+    (distance * tan(from + (to - from) * u)).clamp(a, b)
+}
+
+/// Density of [`unit_to_equiangular`].
+#[inline]
+pub fn unit_to_equiangular_pdf(x: f32, a: f32, b: f32, distance: f32) -> f32 {
+    let angle = atan(b / distance) - atan(a / distance);
+    if (a..=b).contains(&x) { distance / (angle * (distance * distance + x * x)) } else { 0.0 }
+}
+
+/// Inverse of [`unit_to_equiangular`].
+#[inline]
+pub fn equiangular_to_unit(x: f32, a: f32, b: f32, distance: f32) -> f32 {
+    let (from, to) = (atan(a / distance), atan(b / distance));
+    (atan(x / distance) - from) / (to - from)
 }
 
 /// Normally distributed number by inversion, with Giles' single-precision inverse error function (2012).

@@ -17,10 +17,11 @@ pub use disk::{
     uniform_disk_concentric_to_square, uniform_disk_polar_to_square,
 };
 pub use interval::{
-    bilinear_to_square, exponential_to_unit, linear_to_unit, normal_to_unit, smooth_step_to_unit, square_to_bilinear,
-    square_to_bilinear_pdf, square_to_normal_2d, square_to_normal_2d_pdf, tent_to_unit, unit_to_exponential,
-    unit_to_exponential_pdf, unit_to_linear, unit_to_linear_pdf, unit_to_normal, unit_to_normal_pdf,
-    unit_to_smooth_step, unit_to_smooth_step_pdf, unit_to_tent, unit_to_tent_pdf,
+    bilinear_to_square, equiangular_to_unit, exponential_to_unit, linear_to_unit, normal_to_unit, smooth_step_to_unit,
+    square_to_bilinear, square_to_bilinear_pdf, square_to_normal_2d, square_to_normal_2d_pdf, tent_to_unit,
+    unit_to_equiangular, unit_to_equiangular_pdf, unit_to_exponential, unit_to_exponential_pdf, unit_to_linear,
+    unit_to_linear_pdf, unit_to_normal, unit_to_normal_pdf, unit_to_smooth_step, unit_to_smooth_step_pdf, unit_to_tent,
+    unit_to_tent_pdf,
 };
 pub use octahedral::{
     lat_long_to_square, octahedral_to_square, square_to_lat_long, square_to_lat_long_pdf, square_to_octahedral,

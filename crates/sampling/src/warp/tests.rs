@@ -94,6 +94,13 @@ fn interval_warps_have_their_densities() {
         |x| exponential_to_unit(x, 2.5),
     );
     check_interval(
+        "equiangular",
+        2e-5,
+        |u| unit_to_equiangular(u, -0.4, 3.0, 0.5),
+        |x| unit_to_equiangular_pdf(x, -0.4, 3.0, 0.5),
+        |x| equiangular_to_unit(x, -0.4, 3.0, 0.5),
+    );
+    check_interval(
         "normal",
         2e-5,
         |u| unit_to_normal(u, 0.3, 1.7),

@@ -118,6 +118,8 @@ pub struct Lights {
     far: Vec<MovingFar>,
     infinite: Vec<u32>,
     selection: Selection,
+    /// Around all that have a place.
+    lamps: Bounds3,
     /// One point for each lamp, for algorithms that know points only.
     points: Vec<LightPoint>,
     emission: emission::EmissionTables,
@@ -132,6 +134,9 @@ impl Lights {
         let infinite = (0..far.len()).filter(|&i| !far[i].is_delta()).map(|i| first + i as u32).collect();
         let mut lights = Self { emitters, far, infinite, ..Self::default() };
         lights.points = lights.light_points(world);
+        let on_shapes = lights.emitters.iter().map(|e| world.emitter_bounds(e));
+        let others = lights.far.iter().filter_map(|far| Some(far.bounds(1.0)?.bounds));
+        lights.lamps = on_shapes.chain(others).fold(Bounds3::EMPTY, |all, b| all.union(b));
         lights.selection = lights.select(world, scene.settings.integrator.light_selection, bounds);
         lights
     }
@@ -168,6 +173,14 @@ impl World {
     #[inline]
     pub fn infinite_lights(&self) -> &[u32] {
         &self.lights.infinite
+    }
+
+    /// Whether a lamp may be nearer to a point than `radius`.
+    #[inline]
+    pub fn has_lamps_near(&self, p: Point3, radius: f32) -> bool {
+        let (low, high) = (self.lights.lamps.min, self.lights.lamps.max);
+        let beside = |k: usize| (low[k] - p[k]).max(p[k] - high[k]).max(0.0);
+        Vec3::new(beside(0), beside(1), beside(2)).length_squared() < radius * radius
     }
 
     /// Whether a light that is not a surface moves.

@@ -48,6 +48,12 @@ impl Collision {
 }
 
 impl<'w> MediumRay<'w> {
+    /// The medium, if it is the same everywhere.
+    #[inline]
+    pub fn everywhere(&self) -> Option<MediumPoint> {
+        matches!(self.built.shape, BuiltShape::Everywhere).then(|| self.at(0.0))
+    }
+
     /// The transmittance up to the distance `t_max`, where it is known without tracking: in media that are the same everywhere.
     #[inline]
     pub fn transmittance(&self, t_max: f32) -> Option<Lanes> {
