@@ -132,6 +132,11 @@ fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> 
     quads(&mut s, [0.5; 3], 3.0, (0..40).map(|i| [-0.9 + 0.04 * i as f32, 0.5 + 0.02 * i as f32, 0.2]));
     all.push(("many lights", s));
     let mut s = box_();
+    let half = float(&mut s, 0.5);
+    s.primitives[5].alpha = Some(half);
+    assert!(s.primitives[5].area_light.is_some());
+    all.push(("half a lamp", s));
+    let mut s = box_();
     hills(&mut s, false);
     hills(&mut s, true);
     quads(&mut s, [0.0; 3], 0.0, (0..9).map(|i| [-0.9 + 0.2 * i as f32, 0.7, -0.3]));

@@ -186,7 +186,7 @@ impl World {
             return Stand::Alone;
         };
         let emission = &self.area_lights[emitter.emission as usize];
-        if emission.image.is_some() || emission.texture.is_some() {
+        if emission.image.is_some() || emission.texture.is_some() || emitter.alpha.is_some() {
             return Stand::Alone;
         }
         for (row, p) in rows.corners.iter_mut().zip(triangle.corners()) {
