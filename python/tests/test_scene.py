@@ -49,8 +49,8 @@ def test_problems_have_a_place(tmp_path: Path) -> None:
     assert "sphere" in str(e.value) and e.value.diagnostics[0].severity == "error"
     with pytest.raises(steradian.SceneError, match="no such file"):
         steradian.load(tmp_path / "none.pbrt")
-    scene = steradian.loads('Sampler "02sequence"\n' + TEXT)
-    assert [d.severity for d in scene.warnings] == ["note"] and scene.warnings[0].line == 1
+    scene = steradian.loads('Sampler "halton"\nSampler "pmj02bn"\n' + TEXT)
+    assert [d.severity for d in scene.warnings] == ["warning"] and scene.warnings[0].line == 2
 
 
 def test_arrays_become_meshes_and_pictures() -> None:
