@@ -48,16 +48,22 @@ impl Wrap {
         if wrap[0] == Wrap::Octahedral || wrap[1] == Wrap::Octahedral {
             return Some(Wrap::fold(x, y, w, h));
         }
-        let axis = |wrap, i: i64, n: usize| match wrap {
+        Some((wrap[0].along(x, w)?, wrap[1].along(y, h)?))
+    }
+
+    /// The texel of `n` along one axis that stands for number `i`. `None` where there is none: beyond a border that is black, or is
+    /// [octahedral](Wrap::Octahedral), which takes both axes to cross.
+    #[inline]
+    pub fn along(self, i: i64, n: usize) -> Option<usize> {
+        match self {
             Wrap::Repeat => Some(i.rem_euclid(n as i64) as usize),
             Wrap::Clamp => Some(i.clamp(0, n as i64 - 1) as usize),
             Wrap::Mirror => {
                 let i = i.rem_euclid(2 * n as i64);
                 Some(i.min(2 * n as i64 - 1 - i) as usize)
             }
-            _ => (0..n as i64).contains(&i).then_some(i as usize),
-        };
-        Some((axis(wrap[0], x, w)?, axis(wrap[1], y, h)?))
+            Wrap::Black | Wrap::Octahedral => (0..n as i64).contains(&i).then_some(i as usize),
+        }
     }
 
     /// Crossing an edge of an octahedral map comes back in across the same edge, mirrored about its middle.

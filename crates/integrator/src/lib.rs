@@ -18,6 +18,7 @@ mod simple_volpath;
 mod splat;
 mod subsurface;
 mod switched;
+mod transmitted;
 mod volpath;
 mod whitted;
 

@@ -137,7 +137,7 @@ impl<'w> Setting<'w> {
                 light_reverse: [seen.at_end(scattered.pdf, sample.is_delta), 0.0],
             }
         };
-        let value = value * passed.t * (1.0 / self.hero.average(last.ratios * passed.ratios, w));
+        let value = value * passed.t * (1.0 / self.hero.average(last.ratios * passed.r_l, w));
         // The light's vertex is all in the connection; any vertex stands for it.
         self.weighted(value, std::slice::from_ref(last), camera, connection)
     }
@@ -175,7 +175,7 @@ impl<'w> Setting<'w> {
             camera_reverse: [z.area_density(at_y.pdf, d, distance2), reverse_density(z_before, z, at_z.pdf_reverse)],
             light_reverse: [y.area_density(at_z.pdf, d, distance2), reverse_density(y_before, y, at_y.pdf_reverse)],
         };
-        let ratios = y.ratios * z.ratios * passed.ratios;
+        let ratios = y.ratios * z.ratios * passed.r_l;
         let value = value * passed.t * (1.0 / self.hero.average(ratios, w));
         self.weighted(value, light, camera, connection)
     }
@@ -217,7 +217,7 @@ impl<'w> Setting<'w> {
                 light_reverse: [y.crossing(density, seen.wi), reverse_density(before, y, at_y.pdf_reverse)],
             }
         };
-        let value = value * passed.t * (1.0 / self.hero.average(y.ratios * passed.ratios, w));
+        let value = value * passed.t * (1.0 / self.hero.average(y.ratios * passed.r_l, w));
         let found = self.weighted(value, light, camera, connection)?;
         Some((Splat { film: seen.film, value: found.value }, found.weight))
     }

@@ -3,10 +3,10 @@
 use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Contribution, RayKind, Record, Technique};
+use crate::transmitted::Transmitted;
 use steradian_bsdf::{Bsdf, Lobe, PhaseMix, TransportMode};
 use steradian_math::{Frame, Point3, Ray};
-use steradian_sampling::rng::{Rng, hash_floats, mix_bits};
-use steradian_scene::{Collision, FreeFlight, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
+use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
 
 /// Where a path is and what it has gathered.
@@ -194,10 +194,9 @@ impl Walk {
         seed: f32,
         record: &mut R,
     ) -> Option<Transmitted> {
-        let mut out = Transmitted { t: Lanes::ONE, r_l: Lanes::ONE, r_u: Lanes::ONE };
-        let (o, d) = (ray.o, ray.d);
-        let words = hash_floats(&[o.x, o.y, o.z, d.x, d.y, d.z, seed]);
-        let mut rng = Rng::new(words, mix_bits(words));
+        let mut out = Transmitted::ALL;
+        let mut rng = Transmitted::rng(&ray, seed);
+        let left = |o: &Transmitted| o.t * (1.0 / self.hero.average(o.r_l + o.r_u, w));
         loop {
             let hit = record::intersect(world, &ray, record);
             if hit.is_some_and(|h| !world.is_interface(&h)) {
@@ -207,14 +206,7 @@ impl Walk {
                 let length = ray.d.length();
                 let t_max = hit.map_or(ray.whole_way(), |h| h.t) * length;
                 let along = world.medium_ray(m, ray.o, ray.d * (1.0 / length), w);
-                match along.transmittance(t_max) {
-                    // Who samples directions must get through by chance all the same.
-                    Some(t) => {
-                        out.t *= t;
-                        out.r_u *= t;
-                    }
-                    None => out.track(along.fly(t_max, self.hero.lane), self.hero, w, &mut rng)?,
-                }
+                out.pass(along, t_max, self.hero.lane, &mut rng, left)?;
             }
             let Some(hit) = hit else { return Some(out) };
             let surface = world.surface(&ray, &hit);
@@ -225,41 +217,6 @@ impl Walk {
                 return Some(out);
             }
         }
-    }
-}
-
-/// Transmittance over the density of the hero's lane, and the densities of all lanes over the same.
-#[derive(Clone, Copy, Debug, Default)]
-struct Transmitted {
-    t: Lanes,
-    r_l: Lanes,
-    r_u: Lanes,
-}
-
-impl Transmitted {
-    /// Estimates by ratio tracking (Novák et al. 2014) what gets through one medium more; `None` if roulette ends it.
-    fn track(&mut self, mut flight: FreeFlight<'_>, hero: Hero, w: &Wavelengths, rng: &mut Rng) -> Option<()> {
-        while let Some(c) = flight.next(rng.f32()) {
-            let per_majorant = c.transmittance * (1.0 / c.majorant[hero.lane]);
-            let null = per_majorant * c.sigma_n();
-            self.t *= null;
-            self.r_u *= null;
-            self.r_l *= per_majorant * c.majorant;
-            // Russian roulette where little is left.
-            let left = self.t * (1.0 / hero.average(self.r_l + self.r_u, w));
-            if left.max_component() < 0.05 {
-                const END: f32 = 0.75;
-                if rng.f32() < END {
-                    return None;
-                }
-                self.t *= 1.0 / (1.0 - END);
-            }
-        }
-        let passed = flight.passed();
-        self.t *= passed;
-        self.r_u *= passed;
-        self.r_l *= passed;
-        Some(())
     }
 }
 

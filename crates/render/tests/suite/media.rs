@@ -36,6 +36,16 @@ fn homogeneous(coefficients: Coefficients) -> Volume {
     Volume::Homogeneous { coefficients, emission: None }
 }
 
+fn grid_of_ones(coefficients: Coefficients, glow: Option<Glow<VoxelGrid<f32>>>) -> Volume {
+    Volume::Grid {
+        coefficients,
+        bounds: Bounds3::new(Point3::splat(-2.0), Point3::splat(2.0)),
+        // Cell centres at -1.5 to 1.5: one all over the box.
+        density: VoxelGrid { size: [4; 3], values: vec![1.0; 64] },
+        glow,
+    }
+}
+
 /// A box from -1 to 1 full of something, between it and the outside nothing but the change of media.
 fn fill(s: &mut Scene, g: f32, volume: Volume) {
     let surface = material(s, Scattering::Interface);
@@ -113,13 +123,7 @@ fn a_glowing_medium_saturates() {
     let (le, scale) = white_light(1.0);
     let volumes = [
         Volume::Homogeneous { coefficients: grey(0.7, 0.0), emission: Some((le.clone(), scale)) },
-        Volume::Grid {
-            coefficients: grey(0.7, 0.0),
-            bounds: Bounds3::new(Point3::splat(-2.0), Point3::splat(2.0)),
-            // Cell centres at -1.5 to 1.5: one all over the box.
-            density: VoxelGrid { size: [4; 3], values: vec![1.0; 64] },
-            glow: Some(Glow::Spectrum { radiance: le, scale, field: None }),
-        },
+        grid_of_ones(grey(0.7, 0.0), Some(Glow::Spectrum { radiance: le, scale, field: None })),
     ];
     for kind in MEDIA {
         for volume in &volumes {
@@ -193,12 +197,7 @@ fn a_constant_grid_is_homogeneous() {
             fill(&mut s, 0.4, volume);
             run(s, 400)
         };
-        let grid = Volume::Grid {
-            coefficients: coefficients(),
-            bounds: Bounds3::new(Point3::splat(-2.0), Point3::splat(2.0)),
-            density: VoxelGrid { size: [4; 3], values: vec![1.0; 64] },
-            glow: None,
-        };
+        let grid = grid_of_ones(coefficients(), None);
         check_same(&render(homogeneous(coefficients()), 1), &render(grid, 2), &format!("{color:?}"));
     }
 }
@@ -219,12 +218,7 @@ fn a_lamp_in_fog_shines_as_in_a_grid_of_ones() {
             fill(&mut s, 0.4, volume);
             run(s, 1000)
         };
-        let grid = Volume::Grid {
-            coefficients: coefficients(),
-            bounds: Bounds3::new(Point3::splat(-2.0), Point3::splat(2.0)),
-            density: VoxelGrid { size: [4; 3], values: vec![1.0; 64] },
-            glow: None,
-        };
+        let grid = grid_of_ones(coefficients(), None);
         let (even, tracked) = (render(homogeneous(coefficients()), 1), render(grid, 2));
         check_same(&even, &tracked, &format!("{color:?}"));
         let noise = |r: &Rendered| r.film.variance().iter().map(|v| f64::from(v[1])).sum::<f64>();

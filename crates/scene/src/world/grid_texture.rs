@@ -1,7 +1,6 @@
 //! Textures that are grids of values in space.
 
 use crate::texture::GridTexture;
-use steradian_image::Wrap;
 use steradian_math::Point3;
 
 impl GridTexture {
@@ -23,7 +22,9 @@ impl GridTexture {
             for k in 0..3 {
                 let upper = corner >> k & 1;
                 weight *= if upper == 1 { t[k] } else { 1.0 - t[k] };
-                index += wrapped(cell[k] + upper as i64, i64::from(self.size[k]), self.wrap) * stride;
+                let (i, n) = (cell[k] + upper as i64, self.size[k]);
+                let inside = self.wrap.along(i, n as usize).unwrap_or(i.clamp(0, i64::from(n) - 1) as usize);
+                index += inside * stride;
                 stride *= self.size[k] as usize;
             }
             if weight > 0.0 {
@@ -37,21 +38,10 @@ impl GridTexture {
     }
 }
 
-fn wrapped(i: i64, n: i64, wrap: Wrap) -> usize {
-    let i = match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
-        Wrap::Mirror => {
-            let i = i.rem_euclid(2 * n);
-            if i < n { i } else { 2 * n - 1 - i }
-        }
-        _ => i.clamp(0, n - 1),
-    };
-    i as usize
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use steradian_image::Wrap;
     use steradian_math::Transform;
 
     fn grid(wrap: Wrap, nearest: bool) -> GridTexture {

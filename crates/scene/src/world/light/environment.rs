@@ -7,7 +7,6 @@ use super::lat_long::LatLongDensity;
 use crate::world::texture::rgb_lanes;
 use crate::{Arena, EnvironmentMapping, Handle, TextureImage};
 use steradian_image::Texels;
-use steradian_image::Wrap;
 use steradian_math::{INV_4PI, PI, Point3, Ray, Transform, Vec3};
 use steradian_sampling::Piecewise2D;
 use steradian_sampling::warp::{
@@ -59,21 +58,13 @@ pub(super) fn rgb_at(texels: &Texels, x: usize, y: usize) -> [f32; 3] {
 /// A picture at `(u, v)` of the unit square, v down, between texels in proportion, outside as the picture is wrapped.
 pub(super) fn interpolated(image: &TextureImage, [u, v]: [f32; 2]) -> [f32; 3] {
     let texels = &image.texels;
-    let size = [texels.width() as i64, texels.height() as i64];
+    let size = [texels.width(), texels.height()];
     let at = [u * size[0] as f32 - 0.5, v * size[1] as f32 - 0.5];
     let cell = at.map(|x| x.floor());
     let t = [at[0] - cell[0], at[1] - cell[1]];
     let place = |axis: usize, k: i64| {
         let (i, n) = (cell[axis] as i64 + k, size[axis]);
-        let inside = match image.wrap[axis] {
-            Wrap::Repeat => i.rem_euclid(n),
-            Wrap::Mirror => {
-                let i = i.rem_euclid(2 * n);
-                if i < n { i } else { 2 * n - 1 - i }
-            }
-            _ => i.clamp(0, n - 1),
-        };
-        inside as usize
+        image.wrap[axis].along(i, n).unwrap_or(i.clamp(0, n as i64 - 1) as usize)
     };
     let mut out = [0.0; 3];
     for k in 0..4 {

@@ -57,8 +57,7 @@ impl<'w> MediumRay<'w> {
     /// The transmittance up to the distance `t_max`, where it is known without tracking: in media that are the same everywhere.
     #[inline]
     pub fn transmittance(&self, t_max: f32) -> Option<Lanes> {
-        let known = matches!(self.built.shape, BuiltShape::Everywhere);
-        known.then(|| (0.0 - depth_of(self.majorant_scale(), t_max)).exp())
+        self.everywhere().map(|m| (0.0 - depth_of(m.sigma_a + m.sigma_s, t_max)).exp())
     }
 
     /// A flight up to the distance `t_max`, whose collisions are sampled for the lane `hero`.
