@@ -18,7 +18,7 @@ pub(super) struct LatLongDensity {
     mean: f32,
     all: Cells,
     /// Of what is above the mean.
-    peaks: Option<Cells>,
+    peaks: Option<Box<Cells>>,
 }
 
 /// How the nodes lie.
@@ -98,7 +98,7 @@ impl LatLongDensity {
         // Of two rows at the poles neither has any weight.
         let mean = if weights > 1e-6 { (sum / weights) as f32 } else { nodes.iter().sum::<f32>() / nodes.len() as f32 };
         let cells = |floor| Cells::new(&nodes, grid, &sines, floor);
-        let (all, peaks) = (cells(0.0)?, cells(mean));
+        let (all, peaks) = (cells(0.0)?, cells(mean).map(Box::new));
         Some(Self { nodes, grid, sines, mean, all, peaks })
     }
 
@@ -154,7 +154,7 @@ impl LatLongDensity {
 
     fn cells(&self, beside_lobes: bool) -> &Cells {
         // A map without features has no peaks.
-        if beside_lobes { self.peaks.as_ref().unwrap_or(&self.all) } else { &self.all }
+        if beside_lobes { self.peaks.as_deref().unwrap_or(&self.all) } else { &self.all }
     }
 }
 
