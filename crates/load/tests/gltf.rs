@@ -440,7 +440,7 @@ fn an_environment_lies_as_in_blender_and_turns_with_its_rotation() {
         let scene = load_model(Path::new("a/scene.gltf"), &files, &options).scene.unwrap();
         let Light::ImageInfinite { world_from_light, .. } = &scene.lights[0] else { panic!("no map") };
         // Halfway around from the edge of the picture, where the azimuth is zero.
-        let middle = world_from_light.vector(steradian_math::Vec3::new(-1.0, 0.0, 0.0));
+        let middle = world_from_light.vector(Vec3::new(-1.0, 0.0, 0.0));
         assert!(
             (middle.x - expected[0]).abs() < 1e-5 && (middle.z - expected[1]).abs() < 1e-5,
             "{rotation}: {middle:?}"
