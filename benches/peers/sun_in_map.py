@@ -3,7 +3,7 @@
     PYTHON sun_in_map.py FOLDER STERADIAN [TEXELS]
 
 PYTHON is that of the environment which `benches/peers/run` makes. Each renderer is compared with its own picture of many samples. A firefly is a pixel that is
-off by more than the reference and a tenth of its mean.
+off by more than the reference and a tenth of its mean, and is counted again where it is off by several times that. With one bounce only what the sun lights itself is seen.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-WIDTH, HEIGHT, DEPTH = 160, 120, 6
+WIDTH, HEIGHT, BOUNCES = 160, 120, (5, 1)
 SAMPLES, SEEDS = (16, 64), (1, 2, 3, 4)
 REFERENCE = 1024
+TIMES = (1, 2, 4, 8)
 MAP = (1024, 512)
 BALLS = [(-2.3, "matte", 0.0), (0.0, "metal", 0.25), (2.3, "metal", 0.05)]
 EYE, TARGET, FOV = (0.0, -9.0, 3.2), (0.0, 0.0, 0.8), 42.0
@@ -30,27 +31,34 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     _call("map", folder, texels)
     (folder / "scene.xml").write_text(_xml())
-    print(f"sun of {texels} x {texels} texels; relMSE, and fireflies in {WIDTH * HEIGHT} pixels")
-    for name in ("steradian", "cycles"):
-        def render(spp: int, seed: int) -> np.ndarray:
-            out = folder / f"{name}-{texels}-{spp}-{seed}.npy"
-            if name == "cycles":
-                _call("cycles", folder, spp, seed, out)
-            else:
-                picture = out.with_suffix(".pfm")
-                line = [steradian, "render", str(folder / "scene.xml"), "-q", "--color", "rgb", "--spp", str(spp), "--seed", str(seed), "-o", str(picture)]
-                subprocess.run(line, check=True)
-                np.save(out, _pfm(picture))
-            return np.load(out).astype(np.float64)
+    print(f"sun of {texels} x {texels} texels; relMSE, and fireflies in {WIDTH * HEIGHT} pixels, {TIMES} times as far off")
+    for bounces in BOUNCES:
+        for name in ("steradian", "cycles"):
+            _measure(name, bounces, texels, folder, steradian)
 
-        reference = render(REFERENCE, 99)
-        for spp in SAMPLES:
-            errors, flies = [], []
-            for seed in SEEDS:
-                off = render(spp, seed) - reference
-                errors.append(np.mean(off**2 / (reference**2 + 1e-2)))
-                flies.append(np.count_nonzero(np.any(np.abs(off) > reference + 0.1 * reference.mean(), axis=-1)))
-            print(f"{name:10} {spp:4} spp  relMSE {np.mean(errors):9.5f}  fireflies {np.mean(flies):7.1f}  mean {reference.mean((0, 1)).round(4)}", flush=True)
+
+def _measure(name: str, bounces: int, texels: int, folder: Path, steradian: str) -> None:
+    def render(spp: int, seed: int) -> np.ndarray:
+        out = folder / f"{name}-{texels}-{bounces}-{spp}-{seed}.npy"
+        if name == "cycles":
+            _call("cycles", folder, bounces, spp, seed, out)
+        else:
+            picture = out.with_suffix(".pfm")
+            options = ["--color", "rgb", "--max-depth", bounces, "--spp", spp, "--seed", seed, "-o", picture]
+            subprocess.run([steradian, "render", folder / "scene.xml", "-q", *map(str, options)], check=True)
+            np.save(out, _pfm(picture))
+        return np.load(out).astype(np.float64)
+
+    reference = render(REFERENCE, 99)
+    limit = reference + 0.1 * reference.mean()
+    for spp in SAMPLES:
+        errors, flies = [], []
+        for seed in SEEDS:
+            off = render(spp, seed) - reference
+            errors.append(np.mean(off**2 / (reference**2 + 1e-2)))
+            farthest = np.max(np.abs(off) / limit, axis=-1)
+            flies.append([np.count_nonzero(farthest > k) for k in TIMES])
+        print(f"{name:10} {bounces} bounces {spp:4} spp  relMSE {np.mean(errors):9.5f}  fireflies {np.mean(flies, axis=0)}  mean {reference.mean((0, 1)).round(4)}", flush=True)
 
 
 def _call(*words: object) -> None:
@@ -84,7 +92,7 @@ def _xml() -> str:
             bsdf = f'<bsdf type="roughconductor"><float name="alpha" value="{alpha}"/><float name="eta" value="{eta}"/><float name="k" value="{k}"/></bsdf>'
         shapes += f'<shape type="sphere"><point name="center" x="{x}" y="0" z="1"/>{bsdf}</shape>'
     point = lambda p: ", ".join(map(str, p))
-    return f"""<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="{DEPTH}"/></integrator>
+    return f"""<scene version="3.0.0"><integrator type="path"/>
 <sensor type="perspective"><float name="fov" value="{FOV}"/><string name="fov_axis" value="y"/>
 <transform name="to_world"><lookat origin="{point(EYE)}" target="{point(TARGET)}" up="0, 0, 1"/></transform>
 <film type="hdrfilm"><integer name="width" value="{WIDTH}"/><integer name="height" value="{HEIGHT}"/><rfilter type="box"/></film>
@@ -93,7 +101,7 @@ def _xml() -> str:
 {shapes}</scene>"""
 
 
-def cycles(folder: str, spp: str, seed: str, out: str) -> None:
+def cycles(folder: str, bounces: str, spp: str, seed: str, out: str) -> None:
     """One picture by Cycles: nothing clamped, nothing smoothed."""
     import bpy
     import mathutils
@@ -142,7 +150,7 @@ def cycles(folder: str, spp: str, seed: str, out: str) -> None:
     c = scene.cycles
     c.device, c.use_adaptive_sampling, c.use_denoising, c.pixel_filter_type = "CPU", False, False, "BOX"
     c.sample_clamp_direct = c.sample_clamp_indirect = c.blur_glossy = 0.0
-    c.max_bounces = c.diffuse_bounces = c.glossy_bounces = DEPTH - 1
+    c.max_bounces = c.diffuse_bounces = c.glossy_bounces = int(bounces) - 1
     c.samples, c.seed = int(spp), int(seed)
     scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
     scene.render.filepath = out.replace(".npy", ".exr")

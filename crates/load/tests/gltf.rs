@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use steradian_load::{LoadOptions, LoadOutcome, Memory, ModelOptions, load_model};
+use steradian_math::{Point3, Vec3};
 use steradian_scene::{Light, Projection, Scattering, Scene, Shape, World};
 
 /// Bytes of base64.
@@ -152,6 +153,21 @@ fn what_is_wrong_is_told_with_its_place() {
         (&[("data:application/octet-stream;base64,", "http://example.org/")], "on the network"),
         (&[("0.8, 0.4, 0.2, 1.0", "0.8, 0.4, 0.2")], "baseColorFactor: must have 4 numbers, not 3"),
         (&[("0.8, 0.4", "1e39, 0.4")], "too large"),
+        (&[("0.8, 0.4", "-0.8, 0.4")], "#/materials/0/pbrMetallicRoughness/baseColorFactor/0: must not be negative"),
+        (&[("{\"version\": \"2.0\"}", "{\"version\": \"2.1\", \"minVersion\": \"2.1\"}")], "#/asset/minVersion"),
+        (&[("\"pbrMetallicRoughness\": {", "\"pbrMetallicRoughness\": [], \"x\": {")], "Roughness: must be an object"),
+        (
+            &[("\"pbrMetallicRoughness\"", "\"extensions\": {\"KHR_materials_ior\": 1.3}, \"pbrMetallicRoughness\"")],
+            "#/materials/0/extensions/KHR_materials_ior: must be an object",
+        ),
+        (
+            &[("\"name\": \"square\"", "\"matrix\": [1,0,0,0.5, 0,1,0,0, 0,0,1,0, 0,0,0,1]")],
+            "#/nodes/0/matrix: its last row",
+        ),
+        (
+            &[("\"name\": \"square\"", "\"extensions\": {\"EXT_mesh_gpu_instancing\": {\"attributes\": {}}}")],
+            "attributes: no attribute says how many",
+        ),
         (&[("\"name\": \"square\"", "\"scale\": [1e30, 1e30, 1e30], \"translation\": [1e38, 1e38, 1e38]")], ""),
     ];
     for (changes, words) in cases.iter().filter(|c| !c.0.is_empty()) {
@@ -304,6 +320,77 @@ fn lights_and_cameras_of_the_file_are_taken() {
 }
 
 #[test]
+fn what_is_squeezed_is_no_error_and_what_is_flat_is_seen() {
+    let count = |node: &str| scene(&square(&[("\"name\": \"square\"}", node)])).primitives.len();
+    // Square and ground, nothing, and both.
+    assert_eq!(count("\"scale\": [1, 1, 1]}"), 2);
+    assert_eq!(count("\"scale\": [0, 0, 1]}"), 0);
+    assert_eq!(count("\"scale\": [2, 3, 0]}"), 2);
+    // A joint that hides what hangs on it, with another below it.
+    let skin = |scale: &str| {
+        let changes = [
+            ("\"scene\": 0", "\"scene\": 0, \"skins\": [{\"joints\": [2, 1]}]"),
+            ("{\"nodes\": [0]}", "{\"nodes\": [0, 1]}"),
+            ("\"POSITION\": 0", "\"POSITION\": 0, \"JOINTS_0\": 3, \"WEIGHTS_0\": 4"),
+            (
+                "\"SCALAR\"}]",
+                "\"SCALAR\"}, {\"componentType\": 5121, \"count\": 4, \"type\": \"VEC4\"}, {\"componentType\": 5126, \"count\": 4, \"type\": \"VEC4\"}]",
+            ),
+        ];
+        let node = format!(
+            "\"skin\": 0}}, {{\"children\": [2], \"scale\": {scale}, \"translation\": [5, 0, 0]}}, {{\"translation\": [0, 1, 0]}}"
+        );
+        let text = square(&changes).replace("\"name\": \"square\"}", &node);
+        scene(&text)
+    };
+    let s = skin("[2, 2, 2]");
+    let Shape::Triangles(mesh) = s.primitives[0].shape else { panic!("no triangles") };
+    let p = s.triangle_meshes[mesh].positions[2];
+    assert_eq!([p.x, p.y, p.z], [7.0, 4.0, 0.0]);
+    assert!(skin("[0, 0, 0]").primitives.is_empty());
+}
+
+#[test]
+fn lights_move_with_their_nodes_and_tracks_have_as_many_numbers_as_they_need() {
+    let more = r#""scene": 0, "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot"}]}},
+        "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}]}]"#;
+    let accessors = r#""SCALAR"}, {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"},
+        {"bufferView": 0, "componentType": 5126, "count": 2, "type": "VEC3"}]"#;
+    let node = r#""name": "square"}, {"extensions": {"KHR_lights_punctual": {"light": 0}}, "rotation": [1, 0, 0, 0]}"#;
+    let text = square(&[
+        ("\"scene\": 0", more),
+        ("\"SCALAR\"}]", accessors),
+        ("\"name\": \"square\"}", node),
+        ("{\"nodes\": [0]}", "{\"nodes\": [0, 1]}"),
+    ]);
+    let open = ModelOptions { time: Some(0.0), shutter: 1.0, ..ModelOptions::default() };
+    let s = load_with(&text, &open).scene.unwrap();
+    let Light::Moving { world_from_light, .. } = &s.lights[0] else { panic!("{:?}", s.lights[0]) };
+    let axis = Vec3::new(0.0, 0.0, 1.0);
+    for time in [0.0, 0.25, 1.0] {
+        let t = world_from_light.at(time);
+        assert!((t.point(Point3::default()) - Point3::new(time, 0.0, 0.0)).length() < 1e-6, "{time}");
+        // Half a turn about x sends -z of the node to +z.
+        assert!((t.vector(axis) - axis).length() < 1e-6, "{time}");
+    }
+    let cubic = text.replace("\"output\": 4", "\"output\": 4, \"interpolation\": \"CUBICSPLINE\"");
+    let outcome = load_with(&cubic, &open);
+    let said: Vec<String> = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
+    assert!(outcome.scene.is_none() && said[0].contains("#/accessors/4: 2 values for 2 key frames"), "{said:?}");
+}
+
+#[test]
+fn numbers_beyond_their_range_are_told() {
+    let outcome = load_with(&square(&[("0.8, 0.4", "1.5, 1.0000001")]), &ModelOptions::default());
+    let said: Vec<String> = outcome.diagnostics.iter().map(|d| d.message.clone()).collect();
+    assert!(outcome.scene.is_some());
+    assert_eq!(
+        said,
+        ["a/scene.gltf#/materials/0/pbrMetallicRoughness/baseColorFactor/0: 1.5 is more than 1, and counts as 1"]
+    );
+}
+
+#[test]
 fn no_damage_to_a_file_is_more_than_an_error() {
     let original = square(&[]).into_bytes();
     // A linear congruential generator with Knuth's constants.
@@ -353,7 +440,7 @@ fn an_environment_lies_as_in_blender_and_turns_with_its_rotation() {
         let scene = load_model(Path::new("a/scene.gltf"), &files, &options).scene.unwrap();
         let Light::ImageInfinite { world_from_light, .. } = &scene.lights[0] else { panic!("no map") };
         // Halfway around from the edge of the picture, where the azimuth is zero.
-        let middle = world_from_light.vector(steradian_math::Vec3::new(-1.0, 0.0, 0.0));
+        let middle = world_from_light.vector(Vec3::new(-1.0, 0.0, 0.0));
         assert!(
             (middle.x - expected[0]).abs() < 1e-5 && (middle.z - expected[1]).abs() < 1e-5,
             "{rotation}: {middle:?}"

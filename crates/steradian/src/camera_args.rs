@@ -34,7 +34,8 @@ pub(crate) struct CameraArgs {
     pub shutter_interval: Option<Interval>,
 }
 
-fn length(s: &str) -> Result<f32, String> {
+/// A number that is finite and not negative.
+pub(crate) fn length(s: &str) -> Result<f32, String> {
     s.parse::<f32>().ok().filter(|v| *v >= 0.0 && v.is_finite()).ok_or_else(|| "write a number, zero or more".into())
 }
 

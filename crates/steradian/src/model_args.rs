@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum, ValueHint};
 use steradian_load::{EnvironmentMap, ModelOptions, Up};
 
+use crate::camera_args::length;
+
 /// The options.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Models and Mitsuba scenes")]
@@ -14,11 +16,11 @@ pub(crate) struct ModelArgs {
     pub env: Option<PathBuf>,
 
     /// Turn the environment map about the vertical
-    #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", requires = "env", allow_hyphen_values = true, value_parser = number)]
     pub env_rotation: Option<f32>,
 
     /// Brighten the environment map by this factor
-    #[arg(long, value_name = "FACTOR", requires = "env")]
+    #[arg(long, value_name = "FACTOR", requires = "env", value_parser = length)]
     pub env_strength: Option<f32>,
 
     /// Leave out the ground under a model that stands alone
@@ -34,7 +36,7 @@ pub(crate) struct ModelArgs {
     pub up: Option<UpArg>,
 
     /// Go around the model with the default camera by this angle
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number)]
     pub turn: Option<f32>,
 
     /// Show this variant of the materials: its name, or its number from 0
@@ -42,11 +44,11 @@ pub(crate) struct ModelArgs {
     pub variant: Option<String>,
 
     /// Play the animation to this time, in seconds
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = number)]
     pub at: Option<f32>,
 
     /// Keep the shutter open from then on, in seconds: what moves is blurred
-    #[arg(long, value_name = "SECONDS", requires = "at")]
+    #[arg(long, value_name = "SECONDS", requires = "at", value_parser = length)]
     pub shutter: Option<f32>,
 
     /// Let the file name others outside its folder
@@ -113,6 +115,10 @@ impl ModelArgs {
             add("define", Some(quoted(&format!("{name}={value}"))));
         }
     }
+}
+
+fn number(s: &str) -> Result<f32, String> {
+    s.parse::<f32>().ok().filter(|v| v.is_finite()).ok_or_else(|| "write a number".into())
 }
 
 fn definition(s: &str) -> Result<(String, String), String> {

@@ -139,7 +139,11 @@ impl Gltf<'_, '_> {
         if !values.len().is_multiple_of(keys) || values.is_empty() {
             return Err(output.problem(format!("{} numbers for {} key frames", values.len(), times.len())));
         }
-        Ok(Some(Track { width: values.len() / keys, times, values, kind, is_rotation: path == "rotation" }))
+        let (width, needed) = (values.len() / keys, output.width);
+        if path != "weights" && width != needed {
+            return Err(output.problem(format!("{} values for {} key frames", values.len() / needed, times.len())));
+        }
+        Ok(Some(Track { width, times, values, kind, is_rotation: path == "rotation" }))
     }
 }
 

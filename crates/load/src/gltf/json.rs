@@ -45,6 +45,11 @@ impl<'a> Json<'a> {
         self.value.get(key).filter(|v| !v.is_null()).map(|v| self.inside(key, v))
     }
 
+    /// The names of the members.
+    pub fn keys(&self) -> Vec<&'a str> {
+        self.value.as_object().map_or(Vec::new(), |o| o.keys().map(String::as_str).collect())
+    }
+
     pub fn need(&self, key: &str) -> Result<Json<'a>> {
         self.get(key).ok_or_else(|| self.problem(format!("`{key}` is missing")))
     }
@@ -122,4 +127,41 @@ impl<'a> Json<'a> {
         }
         Ok(Some(out))
     }
+}
+
+/// Members that are objects wherever they stand. One that is something else would count as absent.
+const OBJECTS: [&str; 8] =
+    ["asset", "attributes", "extensions", "orthographic", "pbrMetallicRoughness", "perspective", "sparse", "spot"];
+
+/// Holds a document to what is an object in it, and what is true or false.
+pub(super) fn shapes(value: &Value) -> Result<()> {
+    fn walk(at: &Json, is_object: bool) -> Result<()> {
+        match at.value {
+            // The parser has bounded the depth.
+            Value::Object(members) => {
+                for (key, value) in members.iter().filter(|(key, v)| *key != "extras" && !v.is_null()) {
+                    let inner = at.inside(key, value);
+                    if ["doubleSided", "normalized"].contains(&key.as_str()) && !value.is_boolean() {
+                        return Err(inner.problem("must be true or false"));
+                    }
+                    let in_extensions = at.pointer.ends_with("/extensions");
+                    if in_extensions && !super::KNOWN.contains(&key.as_str()) {
+                        continue;
+                    }
+                    let is_object = in_extensions || key.ends_with("Texture") || OBJECTS.contains(&key.as_str());
+                    walk(&inner, is_object)?;
+                }
+                Ok(())
+            }
+            _ if is_object => Err(at.problem("must be an object")),
+            Value::Array(items) => {
+                for (i, value) in items.iter().enumerate().filter(|(_, v)| v.is_object()) {
+                    walk(&at.inside(&i.to_string(), value), false)?;
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+    walk(&Json::root(value), true)
 }

@@ -79,6 +79,40 @@ impl Gltf<'_, '_> {
         self.scene.materials.push(Material { name: name.to_string(), scattering, displacement: None, normal_map })
     }
 
+    /// A number between 0 and 1.
+    fn share(&mut self, at: &Json, key: &str, absent: f32) -> Result<f32> {
+        let Some(v) = at.get(key) else { return Ok(absent) };
+        self.within(&v)
+    }
+
+    /// A number between 0 and 1 times a channel of a texture.
+    fn share_map(&mut self, at: &Json, key: &str, absent: f32, (map, channel): (&str, u8)) -> Result<FloatInput> {
+        let share = self.share(at, key, absent)?;
+        self.scaled(at.get(map).as_ref(), channel, share)
+    }
+
+    /// Numbers between 0 and 1.
+    fn shares<const N: usize>(&mut self, at: &Json, key: &str) -> Result<Option<[f32; N]>> {
+        let Some(mut numbers) = at.numbers::<N>(key)? else { return Ok(None) };
+        for (number, v) in numbers.iter_mut().zip(at.list(key)?) {
+            *number = self.within(&v)?;
+        }
+        Ok(Some(numbers))
+    }
+
+    /// A number that should lie between 0 and 1, brought there: in silence where a writer has rounded it.
+    fn within(&mut self, v: &Json) -> Result<f32> {
+        let number = v.as_number()?;
+        if number < -1e-3 {
+            return Err(v.problem("must not be negative"));
+        }
+        let cut = number.clamp(0.0, 1.0);
+        if number > 1.001 {
+            self.warn_at(v, &format!("{number} is more than 1, and counts as 1"));
+        }
+        Ok(cut)
+    }
+
     /// A colour, its texture, and the colours at the vertices.
     fn with_vertex_colors(
         &mut self,
@@ -101,8 +135,8 @@ impl Gltf<'_, '_> {
         let gloss = m.extension("KHR_materials_pbrSpecularGlossiness");
         let pbr = m.get("pbrMetallicRoughness");
         let (factor, texture) = match (&gloss, &pbr) {
-            (Some(g), _) => (g.numbers::<4>("diffuseFactor")?, g.get("diffuseTexture")),
-            (None, Some(p)) => (p.numbers::<4>("baseColorFactor")?, p.get("baseColorTexture")),
+            (Some(g), _) => (self.shares::<4>(g, "diffuseFactor")?, g.get("diffuseTexture")),
+            (None, Some(p)) => (self.shares::<4>(p, "baseColorFactor")?, p.get("baseColorTexture")),
             (None, None) => (None, None),
         };
         let [r, g, b, opacity] = factor.unwrap_or([1.0; 4]);
@@ -114,9 +148,9 @@ impl Gltf<'_, '_> {
         let mut inputs = match (&gloss, &pbr) {
             (Some(g), _) => self.specular_glossiness(g, base)?,
             (None, Some(p)) => {
-                let map = p.get("metallicRoughnessTexture");
-                let metallic = self.scaled(map.as_ref(), 2, p.number("metallicFactor", 1.0)?)?;
-                let roughness = self.scaled(map.as_ref(), 1, p.number("roughnessFactor", 1.0)?)?;
+                let map = "metallicRoughnessTexture";
+                let metallic = self.share_map(p, "metallicFactor", 1.0, (map, 2))?;
+                let roughness = self.share_map(p, "roughnessFactor", 1.0, (map, 1))?;
                 MetallicRoughnessInputs::plain(base, metallic, roughness)
             }
             (None, None) => {
@@ -141,9 +175,10 @@ impl Gltf<'_, '_> {
 
     fn specular_glossiness(&mut self, g: &Json, base: SpectrumInput) -> Result<MetallicRoughnessInputs> {
         let map = g.get("specularGlossinessTexture");
-        let specular = g.numbers("specularFactor")?.unwrap_or([1.0; 3]);
+        let specular = self.shares(g, "specularFactor")?.unwrap_or([1.0; 3]);
         let f0 = self.tinted(map.as_ref(), specular, SpectrumUse::Albedo)?;
-        let roughness = self.complement(map.as_ref(), 3, g.number("glossinessFactor", 1.0)?)?;
+        let glossiness = self.share(g, "glossinessFactor", 1.0)?;
+        let roughness = self.complement(map.as_ref(), 3, glossiness)?;
         let zero = self.float(0.0);
         self.used("KHR_materials_pbrSpecularGlossiness");
         Ok(MetallicRoughnessInputs { f0: Some(f0), ..MetallicRoughnessInputs::plain(base, zero, roughness) })
@@ -159,21 +194,21 @@ impl Gltf<'_, '_> {
             }
         }
         if let Some(e) = m.extension("KHR_materials_specular") {
-            out.specular = Some(self.scaled(e.get("specularTexture").as_ref(), 3, e.amount("specularFactor", 1.0)?)?);
+            out.specular = Some(self.share_map(&e, "specularFactor", 1.0, ("specularTexture", 3))?);
             let tint = e.numbers("specularColorFactor")?.unwrap_or([1.0; 3]);
             out.specular_color =
                 Some(self.tinted(e.get("specularColorTexture").as_ref(), tint, SpectrumUse::Unbounded)?);
         }
         if let Some(e) = m.extension("KHR_materials_transmission") {
-            let share = e.amount("transmissionFactor", 0.0)?;
+            let share = self.share(&e, "transmissionFactor", 0.0)?;
             if share > 0.0 {
                 out.transmission = Some(self.scaled(e.get("transmissionTexture").as_ref(), 0, share)?);
             }
         }
         if let Some(e) = m.extension("KHR_materials_diffuse_transmission") {
-            let share = e.amount("diffuseTransmissionFactor", 0.0)?;
+            let share = self.share(&e, "diffuseTransmissionFactor", 0.0)?;
             if share > 0.0 {
-                let tint = e.numbers("diffuseTransmissionColorFactor")?.unwrap_or([1.0; 3]);
+                let tint = self.shares(&e, "diffuseTransmissionColorFactor")?.unwrap_or([1.0; 3]);
                 let share = self.scaled(e.get("diffuseTransmissionTexture").as_ref(), 3, share)?;
                 let map = e.get("diffuseTransmissionColorTexture");
                 out.diffuse_transmission = Some((share, self.tinted(map.as_ref(), tint, SpectrumUse::Albedo)?));
@@ -199,23 +234,23 @@ impl Gltf<'_, '_> {
     /// Coat, sheen, film, anisotropy.
     fn layers(&mut self, m: &Json, out: &mut MetallicRoughnessInputs, key: CoverKey) -> Result<()> {
         if let Some(e) = m.extension("KHR_materials_clearcoat") {
-            let share = e.amount("clearcoatFactor", 0.0)?;
+            let share = self.share(&e, "clearcoatFactor", 0.0)?;
             if share > 0.0 {
                 let share = self.scaled(e.get("clearcoatTexture").as_ref(), 0, share)?;
-                let map = e.get("clearcoatRoughnessTexture");
-                out.coat = Some([share, self.scaled(map.as_ref(), 1, e.amount("clearcoatRoughnessFactor", 0.0)?)?]);
+                let map = ("clearcoatRoughnessTexture", 1);
+                out.coat = Some([share, self.share_map(&e, "clearcoatRoughnessFactor", 0.0, map)?]);
             }
         }
         if let Some(e) = m.extension("KHR_materials_sheen") {
-            let tint: [f32; 3] = e.numbers("sheenColorFactor")?.unwrap_or([0.0; 3]);
+            let tint: [f32; 3] = self.shares(&e, "sheenColorFactor")?.unwrap_or([0.0; 3]);
             if tint != [0.0; 3] {
                 let color = self.tinted(e.get("sheenColorTexture").as_ref(), tint, SpectrumUse::Albedo)?;
-                let map = e.get("sheenRoughnessTexture");
-                out.sheen = Some((color, self.scaled(map.as_ref(), 3, e.amount("sheenRoughnessFactor", 0.0)?)?));
+                let map = ("sheenRoughnessTexture", 3);
+                out.sheen = Some((color, self.share_map(&e, "sheenRoughnessFactor", 0.0, map)?));
             }
         }
         if let Some(e) = m.extension("KHR_materials_iridescence") {
-            let factor = e.amount("iridescenceFactor", 0.0)?;
+            let factor = self.share(&e, "iridescenceFactor", 0.0)?;
             if factor > 0.0 {
                 let least = e.amount("iridescenceThicknessMinimum", 100.0)?;
                 let most = e.amount("iridescenceThicknessMaximum", 400.0)?;
@@ -232,7 +267,7 @@ impl Gltf<'_, '_> {
             }
         }
         if let Some(e) = m.extension("KHR_materials_anisotropy") {
-            let strength = e.amount("anisotropyStrength", 0.0)?;
+            let strength = self.share(&e, "anisotropyStrength", 0.0)?;
             if strength > 0.0 {
                 let map = e.get("anisotropyTexture");
                 let direction = map.as_ref().map(|t| self.image_map(t, Part::Color, Meaning::Data)).transpose()?;
@@ -258,7 +293,7 @@ impl Gltf<'_, '_> {
         if e.get("thicknessTexture").is_some() {
             self.approximate("KHR_materials_volume: thickness is that of the geometry, not of `thicknessTexture`");
         }
-        let color: [f32; 3] = e.numbers("attenuationColor")?.unwrap_or([1.0; 3]);
+        let color: [f32; 3] = self.shares(&e, "attenuationColor")?.unwrap_or([1.0; 3]);
         let distance = match e.get("attenuationDistance") {
             None => f32::INFINITY,
             Some(d) if d.as_number()? > 0.0 => d.as_number()?,

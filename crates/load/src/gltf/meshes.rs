@@ -4,9 +4,9 @@ use super::Gltf;
 use super::buffers::missing;
 use super::json::{Json, Result};
 use super::materials::{Cover, CoverKey, needs_tangents};
+use super::skins::Rows;
 use super::tangents;
 use crate::ply::flat;
-use rayon::prelude::*;
 use steradian_geometry::TriangleMesh;
 use steradian_math::{Normal3, Point2, Point3, Transform, Vec3};
 use steradian_scene::{Handle, Primitive, Shape};
@@ -30,8 +30,8 @@ pub(super) struct Geometry {
 pub(super) struct Pose {
     /// Weights of the morph targets.
     pub weights: Vec<f32>,
-    /// World transforms of the joints with their inverse bind matrices applied; empty without a skin.
-    pub joints: Vec<Transform>,
+    /// Where the joints put what was bound to them; empty without a skin.
+    pub joints: Vec<Rows>,
 }
 
 /// A mesh in the scene, and what covers it.
@@ -150,6 +150,10 @@ impl<'d, 'b> Gltf<'d, 'b> {
             let message = format!("index {at} refers to vertex {}, but there are only {count}", order[at]);
             return Err(p.get("indices").unwrap_or_else(|| p.clone()).problem(message));
         }
+        if mode == 4 && !order.len().is_multiple_of(3) {
+            let message = format!("{} corners of triangles; what is beyond a multiple of 3 is left out", order.len());
+            self.warn_at(p, &message);
+        }
         g.indices = triangles(&order, mode);
         let before = g.indices.len();
         let at = |i: u32| {
@@ -250,7 +254,10 @@ impl<'d, 'b> Gltf<'d, 'b> {
         }
         self.morph(p, pose, &mut g)?;
         self.skin(&attributes, pose, &mut g)?;
-        Ok(g)
+        match g.positions.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+            Some(v) => Err(attributes.problem(format!("vertex {v} is moved beyond single precision"))),
+            None => Ok(g),
+        }
     }
 
     /// Adds morph targets by their weights.
@@ -282,86 +289,6 @@ impl<'d, 'b> Gltf<'d, 'b> {
         }
         Ok(())
     }
-
-    /// Moves vertices with the joints of a skin.
-    fn skin(&mut self, attributes: &Json<'d>, pose: &Pose, g: &mut Geometry) -> Result<()> {
-        if pose.joints.is_empty() {
-            return Ok(());
-        }
-        let (mut joints, mut weights) = (Vec::new(), Vec::new());
-        for set in 0..4 {
-            let (j, w) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
-            if attributes.get(&j).is_none() {
-                break;
-            }
-            let j = self.accessor(attributes, &j)?;
-            joints.push(j.joints()?);
-            weights.push(self.accessor(attributes, &w)?.floats::<4>()?);
-            let n = g.positions.len();
-            if joints[set].len() != n || weights[set].len() != n {
-                return Err(j.problem(format!("joints and weights for other than the {n} vertices there are")));
-            }
-            let most = pose.joints.len();
-            if let Some(v) = joints[set].iter().position(|js| js.iter().any(|&j| j as usize >= most)) {
-                return Err(j.problem(format!("vertex {v} hangs on a joint that the skin, with {most}, does not have")));
-            }
-        }
-        if joints.is_empty() {
-            return Ok(());
-        }
-        let matrices: Vec<[[f32; 4]; 3]> = pose.joints.iter().map(rows).collect();
-        let blend = |v: usize| {
-            let mut m = [[0.0f32; 4]; 3];
-            let mut total = 0.0;
-            for (js, ws) in joints.iter().zip(&weights) {
-                for k in 0..4 {
-                    let w = ws[v][k].max(0.0);
-                    if w > 0.0 {
-                        total += w;
-                        let j = &matrices[js[v][k] as usize];
-                        (0..3).for_each(|r| (0..4).for_each(|c| m[r][c] += w * j[r][c]));
-                    }
-                }
-            }
-            if total > 0.0 {
-                m.iter_mut().flatten().for_each(|x| *x /= total);
-                m
-            } else {
-                matrices[0]
-            }
-        };
-        let blended: Vec<[[f32; 4]; 3]> = (0..g.positions.len()).into_par_iter().map(blend).collect();
-        let turn = |m: &[[f32; 4]; 3], v: [f32; 3]| -> [f32; 3] {
-            std::array::from_fn(|r| m[r][0] * v[0] + m[r][1] * v[1] + m[r][2] * v[2])
-        };
-        for (p, m) in g.positions.iter_mut().zip(&blended) {
-            let moved = turn(m, *p);
-            *p = std::array::from_fn(|r| moved[r] + m[r][3]);
-        }
-        for (n, m) in g.normals.iter_mut().zip(&blended) {
-            *n = cofactors(m, *n);
-        }
-        for (t, m) in g.tangents.iter_mut().zip(&blended) {
-            let [x, y, z] = turn(m, [t[0], t[1], t[2]]);
-            *t = [x, y, z, t[3]];
-        }
-        Ok(())
-    }
-}
-
-/// The first three rows of an affine transform.
-fn rows(t: &Transform) -> [[f32; 4]; 3] {
-    let o = t.point(Point3::default());
-    let columns = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)].map(|v| t.vector(v));
-    std::array::from_fn(|r| [columns[0][r], columns[1][r], columns[2][r], o[r]])
-}
-
-/// A normal moved as surfaces are: by the matrix of cofactors.
-fn cofactors(m: &[[f32; 4]; 3], n: [f32; 3]) -> [f32; 3] {
-    let row = |r: usize| Vec3::new(m[r][0], m[r][1], m[r][2]);
-    let (a, b, c) = (row(0), row(1), row(2));
-    let n = Vec3::from_array(n);
-    [b.cross(c).dot(n), c.cross(a).dot(n), a.cross(b).dot(n)]
 }
 
 /// Triangles from a list of vertices: apart, as a strip, or as a fan.

@@ -9,10 +9,12 @@ mod animation;
 mod buffers;
 mod camera;
 mod json;
+mod lights;
 mod materials;
 mod meshes;
 mod meshopt;
 mod nodes;
+mod skins;
 mod tangents;
 mod textures;
 
@@ -74,6 +76,8 @@ struct Gltf<'d, 'b> {
     textures: Vec<Json<'d>>,
     /// Poses of the nodes when the shutter opens and when it closes.
     locals: [Vec<Local>; 2],
+    /// Where the nodes that the scene shows are when the shutter opens, whether or not anything can be seen there.
+    joint_places: BTreeMap<usize, skins::Rows>,
     scene: Scene,
     covers: BTreeMap<CoverKey, Option<Cover>>,
     image_handles: BTreeMap<textures::ImageKey, Handle<TextureImage>>,
@@ -100,6 +104,11 @@ impl Gltf<'_, '_> {
         if self.said.insert(what.to_string()) {
             self.diagnostics.push(Diagnostic::warning(format!("{}: {message}", self.name), None));
         }
+    }
+
+    fn warn_at(&mut self, at: &Json, message: &str) {
+        let message = format!("{}#{}: {message}", self.name, at.pointer());
+        self.diagnostics.push(Diagnostic::warning(message, None));
     }
 
     /// Notes something that is shown otherwise than the format says.
@@ -188,7 +197,7 @@ pub(crate) fn load(
     };
     let value: serde_json::Value = match serde_json::from_slice(text) {
         Ok(v) => v,
-        Err(e) => return fail(format!("{name}:{}:{}: not JSON: {e}", e.line(), e.column())),
+        Err(e) => return fail(format!("{name}{}", not_json(text, &e))),
     };
     count_extensions(&value, uses);
     let base = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -205,6 +214,20 @@ pub(crate) fn load(
             (None, diagnostics)
         }
     }
+}
+
+/// Why a text is not JSON, with its place.
+fn not_json(text: &[u8], e: &serde_json::Error) -> String {
+    if text.is_empty() {
+        return ": the file is empty".into();
+    }
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") {
+        return ": UTF-16 text; save it as UTF-8".into();
+    }
+    // The place stands in front already.
+    let said = e.to_string();
+    let what = said.split(" at line ").next().unwrap_or(&said);
+    format!(":{}:{}: not JSON: {what}", e.line(), e.column())
 }
 
 /// How often each extension is used, anywhere in a document.
@@ -233,9 +256,15 @@ fn read(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Option<(Scene, Found)>> {
     let root = Json::root(value);
-    let version = root.need("asset")?.need("version")?;
-    if !version.as_str()?.starts_with("2.") {
-        return Err(version.problem(format!("version {} of glTF; only 2 is known", version.as_str()?)));
+    json::shapes(value)?;
+    let asset = root.need("asset")?;
+    let version = asset.need("version")?;
+    let stated = version.as_str()?;
+    if stated != "2" && !stated.starts_with("2.") {
+        return Err(version.problem(format!("version {stated} of glTF; only 2 is known")));
+    }
+    if let Some(least) = asset.get("minVersion").filter(|v| v.as_str() != Ok("2.0")) {
+        return Err(least.problem(format!("a reader of version {} is asked for; 2.0 is known", least.as_str()?)));
     }
     let mut data = Vec::new();
     for (i, buffer) in root.list("buffers")?.iter().enumerate() {
@@ -270,6 +299,7 @@ fn read(
         materials: root.list("materials")?,
         textures: root.list("textures")?,
         locals: [locals.clone(), locals],
+        joint_places: BTreeMap::new(),
         scene: Scene::new(default_settings(name)),
         covers: BTreeMap::new(),
         image_handles: BTreeMap::new(),

@@ -4,10 +4,10 @@ use super::Gltf;
 use super::buffers::missing;
 use super::json::{Json, Result};
 use super::meshes::{Part, Pose};
+use super::skins::{Rows, multiply, rows};
 use std::collections::BTreeMap;
-use steradian_math::{AnimatedTransform, Point3, Transform, Vec3, cos};
-use steradian_scene::{Handle, Instance, Light, Object};
-use steradian_spectrum::{ColorSpace, Spectrum};
+use steradian_math::{AnimatedTransform, Point3, Transform, Vec3};
+use steradian_scene::{Handle, Instance, Object};
 
 /// More instances of one node than this are a mistake.
 const MOST_INSTANCES: usize = 1 << 24;
@@ -32,22 +32,41 @@ impl Local {
             translation: node.numbers("translation")?.unwrap_or([0.0; 3]),
             rotation: node.numbers("rotation")?.unwrap_or([0.0, 0.0, 0.0, 1.0]),
             scale: node.numbers("scale")?.unwrap_or([1.0; 3]),
-            matrix: node.numbers("matrix")?,
+            matrix: match node.get("matrix") {
+                None => None,
+                Some(m) => affine(&m, node.numbers("matrix")?)?,
+            },
             weights,
         })
     }
 
     /// None where everything is squeezed to nothing.
     pub fn transform(&self) -> Option<Transform> {
+        let [x, y, z] = self.rows();
+        Transform::from_matrix([x, y, z, [0.0, 0.0, 0.0, 1.0]])
+    }
+
+    fn rows(&self) -> Rows {
         match &self.matrix {
-            Some(m) => Transform::from_column_major(m),
+            Some(m) => std::array::from_fn(|r| std::array::from_fn(|c| m[4 * c + r])),
             None => compose(self.translation, self.rotation, self.scale),
         }
     }
 }
 
-/// A transform from its parts; none where it cannot be inverted.
-pub(super) fn compose(t: [f32; 3], [x, y, z, w]: [f32; 4], s: [f32; 3]) -> Option<Transform> {
+/// A matrix that moves points and does not project them.
+fn affine(at: &Json, matrix: Option<[f32; 16]>) -> Result<Option<[f32; 16]>> {
+    let last = matrix.map(|m| [m[3], m[7], m[11], m[15] - 1.0]);
+    match last {
+        Some(last) if last.iter().any(|v| v.abs() > 1e-4) => {
+            Err(at.problem("its last row, which is every fourth number, must be 0 0 0 1"))
+        }
+        _ => Ok(matrix),
+    }
+}
+
+/// A matrix from its parts. What is flat in one direction is given a thickness that nobody sees: it has a surface all the same.
+fn compose(t: [f32; 3], [x, y, z, w]: [f32; 4], s: [f32; 3]) -> Rows {
     let l = (x * x + y * y + z * z + w * w).sqrt();
     let [x, y, z, w] = if l > 0.0 { [x / l, y / l, z / l, w / l] } else { [0.0, 0.0, 0.0, 1.0] };
     let r = [
@@ -55,8 +74,10 @@ pub(super) fn compose(t: [f32; 3], [x, y, z, w]: [f32; 4], s: [f32; 3]) -> Optio
         [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
         [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
     ];
-    let row = |i: usize| [r[i][0] * s[0], r[i][1] * s[1], r[i][2] * s[2], t[i]];
-    Transform::from_matrix([row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]])
+    let is_flat = s.iter().filter(|v| **v == 0.0).count() == 1;
+    let thin = s.iter().fold(0.0f32, |a, v| a.max(v.abs())) * 1e-5;
+    let s = s.map(|v| if is_flat && v == 0.0 { thin } else { v });
+    std::array::from_fn(|i| [r[i][0] * s[0], r[i][1] * s[1], r[i][2] * s[2], t[i]])
 }
 
 /// A node in its place, at the opening and at the closing of the shutter.
@@ -91,9 +112,9 @@ impl<'d> Gltf<'d, '_> {
         let roots = self.roots()?;
         let mut seen = vec![false; self.nodes.len()];
         let mut out = Vec::new();
-        let mut stack: Vec<(usize, [Transform; 2])> =
-            roots.into_iter().rev().map(|n| (n, [Transform::IDENTITY; 2])).collect();
-        while let Some((n, parent)) = stack.pop() {
+        let mut stack: Vec<(usize, Option<[Transform; 2]>, Rows)> =
+            roots.into_iter().rev().map(|n| (n, Some([Transform::IDENTITY; 2]), rows(&Transform::IDENTITY))).collect();
+        while let Some((n, parent, above)) = stack.pop() {
             let json = self.nodes[n].clone();
             if std::mem::replace(&mut seen[n], true) {
                 return Err(json.problem("the node is its own ancestor, or the child of two nodes"));
@@ -102,23 +123,32 @@ impl<'d> Gltf<'d, '_> {
             if visibility.is_some_and(|v| v.is_false()) {
                 continue;
             }
-            let locals = [0, 1].map(|k| self.locals[k][n].transform());
-            let [Some(a), Some(b)] = locals else {
-                self.squeezed += 1;
-                continue;
+            let world = match (parent, [0, 1].map(|k| self.locals[k][n].transform())) {
+                (Some(parent), [Some(a), Some(b)]) => Some([parent[0].mul(&a), parent[1].mul(&b)]),
+                _ => None,
             };
-            let world = [parent[0].mul(&a), parent[1].mul(&b)];
-            if !world.iter().all(finite) {
+            let place = world.map_or_else(|| multiply(&above, &self.locals[0][n].rows()), |w| rows(&w[0]));
+            let reaches = world.is_none_or(|w| w.iter().all(finite));
+            if !reaches || place.iter().flatten().any(|v| !v.is_finite()) {
                 return Err(json.problem("its transform, with those above it, is beyond single precision"));
             }
-            out.push(Placed { node: n, world });
+            self.joint_places.insert(n, place);
+            match world {
+                Some(world) => out.push(Placed { node: n, world }),
+                // Where a skin is, its joints say.
+                None if json.get("skin").is_some() => out.push(Placed { node: n, world: [Transform::IDENTITY; 2] }),
+                None => {
+                    let shows = ["mesh", "camera"].iter().any(|key| json.get(key).is_some());
+                    self.squeezed += usize::from(shows || json.extension("KHR_lights_punctual").is_some());
+                }
+            }
             for child in json.list("children")?.iter().rev() {
                 let c = child.as_count()?;
                 if c >= self.nodes.len() {
                     let message = format!("refers to node {c}, but there are only {}", self.nodes.len());
                     return Err(child.problem(message));
                 }
-                stack.push((c, world));
+                stack.push((c, world, place));
             }
         }
         Ok(out)
@@ -139,7 +169,7 @@ impl<'d> Gltf<'d, '_> {
             }
             let roots: Vec<usize> = (0..self.nodes.len()).filter(|&n| !child[n]).collect();
             if roots.is_empty() && !self.nodes.is_empty() {
-                return Err(self.root.problem("every node is the child of another, in circles"));
+                return Err(self.root.need("nodes")?.problem("every node is the child of another, in circles"));
             }
             return Ok(roots);
         }
@@ -157,13 +187,12 @@ impl<'d> Gltf<'d, '_> {
 
     /// Puts meshes, lights and cameras into the scene.
     pub(super) fn populate(&mut self, placed: &[Placed]) -> Vec<FoundCamera<'d>> {
-        let world_of: BTreeMap<usize, Placed> = placed.iter().map(|p| (p.node, *p)).collect();
         let mut cameras = Vec::new();
         let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
         let mut repeated: Vec<Vec<Transform>> = Vec::new();
         for p in placed {
             let json = self.nodes[p.node].clone();
-            let copies = self.instancing(&json).unwrap_or_else(|e| {
+            let copies = self.instancing(&json, &p.world).unwrap_or_else(|e| {
                 self.report(e);
                 Vec::new()
             });
@@ -174,7 +203,7 @@ impl<'d> Gltf<'d, '_> {
         }
         let mut objects = BTreeMap::new();
         for (p, copies) in placed.iter().zip(&repeated) {
-            let result = self.node(p, copies, &world_of, &uses, &mut objects, &mut cameras);
+            let result = self.node(p, copies, &uses, &mut objects, &mut cameras);
             if let Err(e) = result {
                 self.report(e);
             }
@@ -186,7 +215,6 @@ impl<'d> Gltf<'d, '_> {
         &mut self,
         p: &Placed,
         copies: &[Transform],
-        world_of: &BTreeMap<usize, Placed>,
         uses: &BTreeMap<usize, usize>,
         objects: &mut BTreeMap<usize, Handle<Object>>,
         cameras: &mut Vec<FoundCamera<'d>>,
@@ -199,10 +227,7 @@ impl<'d> Gltf<'d, '_> {
             cameras.push(FoundCamera { name, json: camera, placed: *p });
         }
         if let Some(e) = json.extension("KHR_lights_punctual") {
-            self.punctual(&e, &p.world[0])?;
-            if p.moves() {
-                self.warn_once("lights move", "lights do not move; where they are when the shutter opens is taken");
-            }
+            self.punctual(&e, p)?;
         }
         let Some(mesh) = json.count("mesh")? else { return Ok(()) };
         let Some(mesh_json) = self.meshes.get(mesh).cloned() else {
@@ -213,7 +238,7 @@ impl<'d> Gltf<'d, '_> {
             None => mesh_json.list("weights")?.iter().map(|w| w.as_number()).collect::<Result<_>>()?,
         };
         let joints = match json.count("skin")? {
-            Some(skin) => self.joints(&json, skin, world_of)?,
+            Some(skin) => self.joints(&json, skin)?,
             None => Vec::new(),
         };
         let (skinned, morphed) = (!joints.is_empty(), weights.iter().any(|&w| w != 0.0));
@@ -250,7 +275,7 @@ impl<'d> Gltf<'d, '_> {
     }
 
     /// `EXT_mesh_gpu_instancing`: where the copies of a node's mesh are; one without it.
-    fn instancing(&mut self, node: &Json) -> Result<Vec<Transform>> {
+    fn instancing(&mut self, node: &Json, world: &[Transform; 2]) -> Result<Vec<Transform>> {
         let Some(e) = node.extension("EXT_mesh_gpu_instancing") else { return Ok(vec![Transform::IDENTITY]) };
         let attributes = e.need("attributes")?;
         let mut count = None;
@@ -268,94 +293,27 @@ impl<'d> Gltf<'d, '_> {
         let t = of("TRANSLATION")?.map(|a| a.floats::<3>()).transpose()?;
         let r = of("ROTATION")?.map(|a| a.floats::<4>()).transpose()?;
         let s = of("SCALE")?.map(|a| a.floats::<3>()).transpose()?;
-        let at = |i: usize| {
-            compose(
-                t.as_ref().map_or([0.0; 3], |t| t[i]),
-                r.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |r| r[i]),
-                s.as_ref().map_or([1.0; 3], |s| s[i]),
-            )
-        };
-        Ok((0..count.unwrap_or(0)).filter_map(at).collect())
-    }
-
-    /// World transforms of the joints of a skin, from the mesh as it was bound.
-    fn joints(&mut self, at: &Json, skin: usize, world_of: &BTreeMap<usize, Placed>) -> Result<Vec<Transform>> {
-        let skins = self.root.list("skins")?;
-        let skin = skins.get(skin).ok_or_else(|| missing(at, "skin", "skin", skin, skins.len()))?;
-        let joints = skin.need("joints")?.items()?;
-        let bind = match skin.get("inverseBindMatrices") {
-            Some(_) => {
-                let a = self.accessor(skin, "inverseBindMatrices")?;
-                let m = a.floats::<16>()?;
-                if m.len() < joints.len() {
-                    return Err(a.problem(format!("{} matrices for {} joints", m.len(), joints.len())));
-                }
-                m
-            }
-            None => Vec::new(),
-        };
-        joints
-            .iter()
-            .enumerate()
-            .map(|(i, j)| {
-                let node = j.as_count()?;
-                let Some(placed) = world_of.get(&node) else {
-                    return Err(j.problem(format!("joint {node} is no node of the scene")));
-                };
-                let world = placed.world[0];
-                Ok(match bind.get(i) {
-                    Some(m) => Transform::from_column_major(m).map_or(world, |m| world.mul(&m)),
-                    None => world,
-                })
-            })
-            .collect()
-    }
-
-    /// A light of `KHR_lights_punctual`.
-    fn punctual(&mut self, e: &Json, world: &Transform) -> Result<()> {
-        let lights = match self.root.extension("KHR_lights_punctual") {
-            Some(e) => e.list("lights")?,
-            None => Vec::new(),
-        };
-        let index = e.need("light")?.as_count()?;
-        let light = lights.get(index).ok_or_else(|| missing(e, "light", "light", index, lights.len()))?;
-        let rgb: [f32; 3] = light.numbers("color")?.unwrap_or([1.0; 3]);
-        let spectrum = Spectrum::rgb_illuminant(ColorSpace::Srgb, rgb.map(|v| v.max(0.0)));
-        let scale = light.amount("intensity", 1.0)? / ColorSpace::Srgb.photometric();
-        if light.get("range").is_some() {
-            self.approximate("KHR_lights_punctual: lights reach beyond their `range`, as light does");
+        // Others than these three are counted too; what they say is the application's.
+        if let Some(first) = attributes.keys().first() {
+            of(first)?;
         }
-        let axis = world.vector(Vec3::new(0.0, 0.0, -1.0)).try_normalize();
-        let Some(axis) = axis else { return Ok(()) };
-        let kind = light.need("type")?;
-        self.lights += 1;
-        self.scene.lights.push(match kind.as_str()? {
-            "point" => Light::Point { position: world.point(Point3::default()), intensity: spectrum, scale },
-            "directional" => Light::Distant { to_light: -axis, radiance: spectrum, scale },
-            "spot" => {
-                let spot = light.get("spot");
-                let angle = |key: &str, absent: f32| spot.as_ref().map_or(Ok(absent), |s| s.amount(key, absent));
-                let inner = angle("innerConeAngle", 0.0)?;
-                let outer = angle("outerConeAngle", std::f32::consts::FRAC_PI_4)?;
-                if !(inner <= outer && outer <= std::f32::consts::PI) {
-                    return Err(light.problem(format!("a cone from {inner} to {outer} is none")));
-                }
-                let frame = steradian_math::Frame::from_z(axis);
-                let o = world.point(Point3::default());
-                let row = |i: usize| [frame.x[i], frame.y[i], frame.z[i], o[i]];
-                let m = [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]];
-                let Some(world_from_light) = Transform::from_matrix(m) else { return Ok(()) };
-                Light::Spot {
-                    world_from_light,
-                    intensity: spectrum,
-                    scale,
-                    cos_end: cos(outer),
-                    cos_start: cos(inner.min(outer - 1e-4).max(0.0)),
-                }
+        let count = count.ok_or_else(|| attributes.problem("no attribute says how many copies there are"))?;
+        let mut copies = Vec::with_capacity(count);
+        for i in 0..count {
+            let local = Local {
+                translation: t.as_ref().map_or([0.0; 3], |t| t[i]),
+                rotation: r.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |r| r[i]),
+                scale: s.as_ref().map_or([1.0; 3], |s| s[i]),
+                matrix: None,
+                weights: None,
+            };
+            match local.transform() {
+                None => self.squeezed += 1,
+                Some(copy) if world.iter().all(|w| finite(&w.mul(&copy))) => copies.push(copy),
+                Some(_) => return Err(e.problem(format!("copy {i} is beyond single precision"))),
             }
-            other => return Err(kind.problem(format!("`{other}` is none of point, spot and directional"))),
-        });
-        Ok(())
+        }
+        Ok(copies)
     }
 }
 

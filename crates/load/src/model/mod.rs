@@ -121,6 +121,10 @@ pub fn load_model(path: &Path, files: &dyn FileAccess, options: &ModelOptions) -
         }
     };
     let scene = read.and_then(|(mut scene, found)| {
+        if scene.primitives.is_empty() && scene.instances.is_empty() {
+            let message = format!("{}: there is no surface in it", path.display());
+            diagnostics.push(Diagnostic::warning(message, None));
+        }
         let up = options.up.unwrap_or(if kind == "stl" { Up::Z } else { Up::Y });
         match stage::set(&mut scene, found, up, files, options) {
             Ok(()) => Some(scene),
