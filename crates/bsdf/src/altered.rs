@@ -4,7 +4,7 @@ use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::direction::same_hemisphere;
 use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
-use crate::thin_dielectric::ThinDielectric;
+use crate::thin_dielectric::{Straight, ThinDielectric};
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
 
@@ -42,6 +42,16 @@ impl Altered {
     #[inline]
     fn factor(&self, wo: Vec3, wi: Vec3) -> Lanes {
         if same_hemisphere(wo, wi) { self.reflection } else { self.transmission }
+    }
+}
+
+impl Altered {
+    /// What goes straight through a pane.
+    #[inline]
+    pub(crate) fn straight(&self, wo: Vec3) -> Option<Straight> {
+        let SimpleInterface::ThinDielectric(pane) = &self.interface else { return None };
+        let s = pane.straight(wo);
+        Some(Straight { transmittance: s.transmittance * self.transmission, ..s })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::metallic_roughness::MetallicRoughness;
 use crate::plastic::Plastic;
 use crate::principled::Principled;
 use crate::subsurface::SubsurfaceExit;
-use crate::thin_dielectric::ThinDielectric;
+use crate::thin_dielectric::{Straight, ThinDielectric};
 use steradian_math::Vec3;
 use steradian_spectrum::Lanes;
 
@@ -107,6 +107,16 @@ impl Lobe for Bsdf<'_> {
 }
 
 impl Bsdf<'_> {
+    /// What gets through without being turned, if the lobe is a pane.
+    #[inline]
+    pub fn straight(&self, wo: Vec3) -> Option<Straight> {
+        match self {
+            Self::ThinDielectric(pane) => Some(pane.straight(wo)),
+            Self::Altered(altered) => altered.straight(wo),
+            _ => None,
+        }
+    }
+
     /// The name of the kind of lobe, for people.
     pub fn name(&self) -> &'static str {
         match self {

@@ -65,4 +65,4 @@ pub use principled::{Principled, PrincipledParams};
 pub use rayleigh::Rayleigh;
 pub use subsurface::{Probe, Subsurface, SubsurfaceExit};
 pub use tabulated_phase::TabulatedPhase;
-pub use thin_dielectric::ThinDielectric;
+pub use thin_dielectric::{Straight, ThinDielectric};

@@ -6,6 +6,15 @@ use crate::lobe::{Lobe, LobeSample, Lobes, Part, TransportMode};
 use steradian_math::{Vec3, sqr};
 use steradian_spectrum::Lanes;
 
+/// What gets through a surface without being turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Straight {
+    /// The share of the light.
+    pub transmittance: Lanes,
+    /// The probability with which sampling the lobe goes straight on: that is where its first number is `1 - chance` or more.
+    pub chance: f32,
+}
+
 /// Two parallel smooth interfaces; light is mirrored or goes straight on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
@@ -25,6 +34,13 @@ impl ThinDielectric {
     fn reflectance(&self, wo: Vec3) -> f32 {
         let r = fresnel_dielectric(wo.z.abs(), self.eta);
         if r < 1.0 { r + sqr(1.0 - r) * r / (1.0 - r * r) } else { 1.0 }
+    }
+
+    /// What goes straight on, and the chance with which `sample` lets it.
+    #[inline]
+    pub(crate) fn straight(&self, wo: Vec3) -> Straight {
+        let t = if wo.z == 0.0 { 0.0 } else { 1.0 - self.reflectance(wo) };
+        Straight { transmittance: Lanes::splat(t), chance: t }
     }
 }
 

@@ -112,8 +112,8 @@ impl Integrator {
         let settings = &world.settings().integrator;
         let (max_depth, regularize, hide_lights) = (settings.max_depth, settings.regularize, settings.hide_lights);
         match settings.kind {
-            IntegratorKind::VolPath if world.has_media() => {
-                Self::VolPath(VolPath { max_depth, regularize, hide_lights })
+            IntegratorKind::VolPath if world.has_media() || settings.through_panes => {
+                Self::VolPath(VolPath { max_depth, regularize, hide_lights, through_panes: settings.through_panes })
             }
             IntegratorKind::SimpleVolPath => Self::SimpleVolPath(SimpleVolPath { max_depth }),
             // Without media, path tracing through media is path tracing.

@@ -1,9 +1,10 @@
 //! Mitsuba scenes: plugins become what they stand for, and what is wrong has its line.
 
 use std::path::Path;
+use steradian_image::Wrap;
 use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, ModelOptions, load};
 use steradian_math::{Point3, Ray, Vec3};
-use steradian_scene::{IntegratorKind, Light, Phase, Scattering, Scene, Slopes, Volume, World};
+use steradian_scene::{Field, IntegratorKind, Light, Phase, Scattering, Scene, Slopes, Volume, World};
 
 const SCENE: &str = r#"<scene version="3.0.0">
     <default name="spp" value="16"/>
@@ -315,9 +316,13 @@ fn heterogeneous_media_are_grids() {
     let outcome = load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default());
     let s = outcome.scene.unwrap();
     let medium = s.media.iter().next().unwrap();
-    let Volume::Grid { density, .. } = &medium.volume else { panic!("no grid") };
+    let Volume::Fields(fields) = &medium.volume else { panic!("no fields") };
+    let Field::Grid(sigma_t) = &fields.sigma_t else { panic!("no grid") };
     assert_eq!(medium.phase, Phase::HenyeyGreenstein { g: 0.3 });
-    assert_eq!((density.size, density.values[21]), ([4, 4, 4], 1.0));
+    assert_eq!((sigma_t.size, sigma_t.values[2], sigma_t.wrap), ([2, 2, 2], 3.0, Wrap::Clamp));
+    assert!(matches!(&fields.albedo, Field::Even(s) if s.rgb() == [0.9, 0.8, 0.7]));
+    // The unit cube that grids fill, whatever the surface around.
+    assert_eq!((fields.bounds.min, fields.bounds.max), (Point3::default(), Point3::splat(1.0)));
     assert_eq!(s.settings.integrator.kind, IntegratorKind::VolPath);
     World::build(s).unwrap();
 }

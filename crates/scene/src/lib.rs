@@ -26,7 +26,7 @@ pub use material::{
     AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
     NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, Translucency,
 };
-pub use medium::{Cloud, Coefficients, Glow, Medium, MediumError, Phase, RgbGrid, Volume, VoxelGrid};
+pub use medium::{Cloud, Coefficients, Field, Fields, Glow, Medium, MediumError, Phase, RgbGrid, Volume, VoxelGrid};
 pub use parameters::{ParameterError, Value};
 pub use scene::Scene;
 pub use settings::{

@@ -39,6 +39,8 @@ pub enum EnvironmentMapping {
     EqualArea,
     /// Latitude and longitude, z up: width is azimuth, the top row is +z.
     LatLong,
+    /// The same, but the middles of the first row and of the last are the poles themselves: Mitsuba's.
+    LatLongToPoles,
 }
 
 /// A light that is not a surface.

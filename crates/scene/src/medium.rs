@@ -1,6 +1,6 @@
 //! Participating media as the user stated them: what absorbs, scatters and emits in the space between surfaces.
 
-use crate::{FloatInput, SparseGrid};
+use crate::{FloatInput, GridTexture, SparseGrid};
 use steradian_bsdf::{MOST_PHASES, TabulatedPhase};
 use steradian_math::{Bounds3, Transform};
 use steradian_spectrum::{ColorSpace, Spectrum};
@@ -95,6 +95,8 @@ pub enum Volume {
     },
     /// Coefficients of any colour on a regular grid; nothing outside its box.
     RgbGrid(RgbGrid),
+    /// Extinction and albedo, each with a grid of its own or the same everywhere; nothing outside the box.
+    Fields(Fields),
     /// A cloud made of noise; nothing outside its box.
     Cloud(Cloud),
     /// A density on a sparse grid.
@@ -115,7 +117,7 @@ impl Volume {
             Self::Homogeneous { emission, .. } => emission.is_some(),
             Self::Grid { glow, .. } => glow.is_some(),
             Self::RgbGrid(grid) => grid.emission.is_some(),
-            Self::Cloud(_) => false,
+            Self::Cloud(_) | Self::Fields(_) => false,
             Self::Sparse { glow, .. } => glow.is_some(),
         }
     }
@@ -170,6 +172,44 @@ pub struct RgbGrid {
     pub sigma_s: Option<VoxelGrid<[f32; 3]>>,
     /// Emitted radiance per absorption, with its factor.
     pub emission: Option<(VoxelGrid<[f32; 3]>, f32)>,
+}
+
+/// Extinction and albedo that vary independently: Mitsuba's heterogeneous media.
+#[derive(Clone, Debug)]
+pub struct Fields {
+    /// The box that is filled, in the medium's space.
+    pub bounds: Bounds3,
+    /// Extinction per unit length.
+    pub sigma_t: Field,
+    /// The share of the extinction that is scattering.
+    pub albedo: Field,
+}
+
+/// A quantity in space.
+#[derive(Clone, Debug)]
+pub enum Field {
+    /// The same everywhere.
+    Even(Spectrum),
+    /// On a grid, whose `texture_from_world` takes the medium's space.
+    Grid(GridTexture),
+}
+
+impl Field {
+    fn validate(&self, name: &'static str) -> Result<(), MediumError> {
+        let g = match self {
+            Self::Even(s) => return spectrum(name, s),
+            Self::Grid(g) => g,
+        };
+        let cells = g.size.iter().try_fold(1u64, |n, &s| n.checked_mul(u64::from(s))).unwrap_or(u64::MAX);
+        let (expected, found) = (cells.saturating_mul(g.channels as u64), g.values.len());
+        if expected != found as u64 || expected == 0 {
+            return Err(MediumError::GridSize { grid: name, size: g.size, expected, found });
+        }
+        match g.values.iter().position(|v| !is_amount(*v)) {
+            Some(index) => Err(MediumError::GridValue { grid: name, index, value: g.values[index] }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A cloud whose density is noise that thins out with height (PBRT 4th ed., 11.4.5).
@@ -270,6 +310,11 @@ impl Medium {
                     number("Lescale", *scale)?;
                     v.validate("Le", |v| *v)
                 })
+            }
+            Volume::Fields(fields) => {
+                solid(&fields.bounds)?;
+                fields.sigma_t.validate("sigma_t")?;
+                fields.albedo.validate("albedo")
             }
             Volume::Cloud(cloud) => {
                 cloud.coefficients.validate()?;

@@ -196,6 +196,9 @@ pub struct IntegratorSettings {
     pub regularize: bool,
     /// Whether the camera sees through lamps and past the sky, while everything else is lit by them. Path tracing alone knows.
     pub hide_lights: bool,
+    /// Whether panes only dim what goes straight through them: lamps light through them, and passing one is no bounce. Path tracing through
+    /// media alone knows.
+    pub through_panes: bool,
     /// The switches of path tracing, also of that through media where a scene has none; no other algorithm reads more of
     /// them than the stratification.
     pub techniques: Techniques,
@@ -254,6 +257,7 @@ impl Default for IntegratorSettings {
             light_selection: LightSelection::Tree,
             regularize: false,
             hide_lights: false,
+            through_panes: false,
             techniques: Techniques::default(),
             report: None,
         }

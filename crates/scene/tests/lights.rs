@@ -171,6 +171,9 @@ fn skies_are_sampled_with_their_density() {
     for (mapping, size, wrap) in [
         (EnvironmentMapping::EqualArea, [8, 8], [Wrap::Octahedral; 2]),
         (EnvironmentMapping::LatLong, [12, 6], [Wrap::Repeat, Wrap::Clamp]),
+        (EnvironmentMapping::LatLongToPoles, [12, 6], [Wrap::Repeat, Wrap::Clamp]),
+        (EnvironmentMapping::LatLongToPoles, [12, 2], [Wrap::Repeat, Wrap::Clamp]),
+        (EnvironmentMapping::LatLongToPoles, [12, 1], [Wrap::Repeat, Wrap::Clamp]),
     ] {
         let mut scene = empty();
         let image = picture(&mut scene, size[0], size[1], wrap);

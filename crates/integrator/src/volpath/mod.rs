@@ -28,6 +28,8 @@ pub struct VolPath {
     pub regularize: bool,
     /// Whether the camera sees through lamps and past the sky.
     pub hide_lights: bool,
+    /// Whether panes only dim what goes straight through them, as Mitsuba has it: passing one is no bounce.
+    pub through_panes: bool,
 }
 
 /// What became of a ray in a medium.
@@ -103,6 +105,22 @@ impl VolPath {
                 walk.ray = surface.continue_ray(&walk.ray);
                 continue;
             };
+            let wo = frame.to_local(surface.wo);
+
+            // Light that is not turned is lamps' as much as chance's: the vertex before stays the last.
+            let mut u_pane = None;
+            if self.through_panes
+                && let Some(straight) = bsdf.straight(wo)
+            {
+                let u = numbers.one(Domain::Lobe);
+                if u >= 1.0 - straight.chance {
+                    walk.pass_pane(&straight);
+                    walk.medium = world.medium_beyond(&surface, walk.ray.d, walk.medium);
+                    walk.ray = surface.continue_ray(&walk.ray);
+                    continue;
+                }
+                u_pane = Some(u);
+            }
             if walk.depth == self.max_depth {
                 break;
             }
@@ -115,13 +133,13 @@ impl VolPath {
             walk.depth += 1;
 
             // Sample a light.
-            let wo = frame.to_local(surface.wo);
             let context = LightContext::of_surface(&surface, &frame).beside_lobes();
             let vertex = Vertices::Surface { surface: &surface, frame: &frame, bsdf: &bsdf };
-            walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+            walk.sample_light(world, &context, &vertex, self.through_panes, wavelengths, numbers, record);
 
             // Sample the lobe for the next direction.
-            let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
+            let u_lobe = u_pane.unwrap_or_else(|| numbers.one(Domain::Lobe));
+            let u_direction = numbers.two(Domain::Lobe);
             let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
             walk.beta *= sample.weight;
             let mut specular = sample.flags.contains(Lobes::SPECULAR);
@@ -167,7 +185,7 @@ impl VolPath {
                 walk.medium = medium;
                 let context = LightContext::of_surface(&exit.surface, &exit.frame).beside_lobes();
                 let vertex = Vertices::Surface { surface: &exit.surface, frame: &exit.frame, bsdf: &exit.bsdf };
-                walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+                walk.sample_light(world, &context, &vertex, self.through_panes, wavelengths, numbers, record);
                 let wo = exit.frame.to_local(exit.surface.wo);
                 let (u_lobe, u_direction) = (numbers.one(Domain::Lobe), numbers.two(Domain::Lobe));
                 let Some(out) = exit.bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else { break };
@@ -231,6 +249,7 @@ impl VolPath {
             self.scatter(world, walk, medium, p, wavelengths, numbers, record);
             return Flown::Scattered;
         }
+        let by_weight = ray.absorbs_by_weight();
         let mut flight = ray.fly(t_max * length, hero);
         while let Some(c) = flight.next(u) {
             u = rng.f32();
@@ -238,7 +257,12 @@ impl VolPath {
             walk.add_medium_emission(&c, wavelengths, record);
 
             // Choose the kind of collision by the hero's coefficients.
-            let (absorb, scatter) = (point.sigma_a[hero] / majorant, point.sigma_s[hero] / majorant);
+            let extinct = point.sigma_a + point.sigma_s;
+            let (absorb, scatter) = if by_weight {
+                (0.0, extinct[hero] / majorant)
+            } else {
+                (point.sigma_a[hero] / majorant, point.sigma_s[hero] / majorant)
+            };
             let choice = rng.f32();
             if choice < absorb {
                 return Flown::Ended;
@@ -258,9 +282,17 @@ impl VolPath {
             if walk.depth == self.max_depth {
                 return Flown::Ended;
             }
-            let real = c.transmittance * (point.sigma_s / point.sigma_s[hero]);
-            walk.beta *= real;
-            walk.r_u *= real;
+            if by_weight {
+                walk.beta *= c.transmittance * (point.sigma_s / extinct[hero]);
+                walk.r_u *= c.transmittance * (extinct / extinct[hero]);
+                if walk.beta.is_black() {
+                    return Flown::Ended;
+                }
+            } else {
+                let real = c.transmittance * (point.sigma_s / point.sigma_s[hero]);
+                walk.beta *= real;
+                walk.r_u *= real;
+            }
             self.scatter(world, walk, medium, c.p, wavelengths, numbers, record);
             return Flown::Scattered;
         }
@@ -343,7 +375,7 @@ impl VolPath {
         let context = LightContext::of_point(p, walk.ray.time);
         walk.ray.d = d;
         let vertex = Vertices::Medium { p, phase };
-        walk.sample_light(world, &context, &vertex, wavelengths, numbers, record);
+        walk.sample_light(world, &context, &vertex, self.through_panes, wavelengths, numbers, record);
         let sample = phase.sample(-d, numbers.two(Domain::Lobe));
         walk.p_scatter = sample.pdf;
         walk.r_l = walk.r_u;

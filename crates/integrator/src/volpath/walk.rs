@@ -4,7 +4,7 @@ use crate::hero::Hero;
 use crate::numbers::{Domain, Numbers};
 use crate::record::{self, Contribution, RayKind, Record, Technique};
 use crate::transmitted::Transmitted;
-use steradian_bsdf::{Bsdf, Lobe, PhaseMix, TransportMode};
+use steradian_bsdf::{Bsdf, Lobe, PhaseMix, Straight, TransportMode};
 use steradian_math::{Frame, Point3, Ray};
 use steradian_scene::{Collision, Handle, LightContext, LightSample, Medium, Surface, Techniques, World};
 use steradian_spectrum::{Lanes, Wavelengths};
@@ -58,6 +58,14 @@ impl Walk {
     pub fn survival(&self, w: &Wavelengths) -> f32 {
         let left = self.beta * (self.eta_scale / self.hero.average(self.r_u, w));
         if self.depth > 1 { (left.max_component() / Techniques::ROULETTE).min(1.0) } else { 1.0 }
+    }
+
+    /// Goes straight on through a pane, by chance; light sampling would not have left that to it.
+    #[inline]
+    pub fn pass_pane(&mut self, straight: &Straight) {
+        let per_chance = 1.0 / straight.chance;
+        self.beta *= straight.transmittance * per_chance;
+        self.r_l *= per_chance;
     }
 
     /// Adds emission of the medium at a collision; light sampling does not look for it.
@@ -120,12 +128,14 @@ impl Walk {
         }
     }
 
-    /// Adds light from a sampled point of a light.
+    /// Adds light from a sampled point of a light, also from behind panes.
+    #[expect(clippy::too_many_arguments, reason = "the state of the path is one of them")]
     pub fn sample_light<N: Numbers, R: Record>(
         &mut self,
         world: &World,
         context: &LightContext,
         vertex: &Vertices<'_>,
+        through_panes: bool,
         w: &Wavelengths,
         numbers: &mut N,
         record: &mut R,
@@ -159,7 +169,7 @@ impl Walk {
             }
             Vertices::Medium { p, .. } => (ray_to_light(*p, &sample, self.ray.time), *p, self.medium),
         };
-        let shadow = self.transmittance(world, from, medium, &sample, w, seed, record);
+        let shadow = self.transmittance(world, from, medium, (&sample, through_panes), w, seed, record);
         let Transmitted { t, r_l, r_u } = shadow.unwrap_or_default();
         // The densities of the two techniques, the lights' first.
         let r_u = if sample.is_delta { Lanes::ZERO } else { r_u * (p_scatter / sample.pdf) };
@@ -189,7 +199,7 @@ impl Walk {
         world: &World,
         mut ray: Ray,
         mut medium: Option<Handle<Medium>>,
-        sample: &LightSample,
+        (sample, through_panes): (&LightSample, bool),
         w: &Wavelengths,
         seed: f32,
         record: &mut R,
@@ -199,8 +209,13 @@ impl Walk {
         let left = |o: &Transmitted| o.t * (1.0 / self.hero.average(o.r_l + o.r_u, w));
         loop {
             let hit = record::intersect(world, &ray, record);
-            if hit.is_some_and(|h| !world.is_interface(&h)) {
-                return None;
+            if let Some(h) = hit.filter(|h| !world.is_interface(h)) {
+                if !through_panes {
+                    return None;
+                }
+                let straight = world.straight(&ray, &h, w).filter(|s| s.chance > 0.0)?;
+                out.t *= straight.transmittance;
+                out.r_u *= straight.chance;
             }
             if let Some(m) = medium {
                 let length = ray.d.length();

@@ -112,9 +112,10 @@ impl Writer<'_> {
             Light::ImageInfinite { world_from_light, image, mapping, scale } => {
                 let file = match mapping {
                     EnvironmentMapping::EqualArea => self.light_picture(*image),
-                    EnvironmentMapping::LatLong => {
+                    EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => {
                         self.note("maps of latitude and longitude are drawn again on pbrt's square");
-                        let square = octahedral(&self.scene.images[*image].texels, *image);
+                        let at_poles = *mapping == EnvironmentMapping::LatLongToPoles;
+                        let square = octahedral(&self.scene.images[*image].texels, *image, at_poles);
                         self.baked(&format!("sky{}", image.index()), &square, Precision::Float)
                     }
                 };
@@ -158,13 +159,14 @@ fn sky(t: &Transform, file: &str, scale: &str, more: &str) -> String {
 }
 
 /// A map of latitude and longitude on the equal-area square (Clarberg 2008): each texel the mean of some points of it.
-fn octahedral(map: &Texels, like: Handle<TextureImage>) -> Baked {
+fn octahedral(map: &Texels, like: Handle<TextureImage>, at_poles: bool) -> Baked {
     const POINTS: usize = 4;
     let (w, h) = (map.width(), map.height());
     let side = (h + h / 2).next_power_of_two().clamp(64, 4096);
     // Between the texels' centres, around and not over the poles.
     let look = |u: f32, v: f32, c: usize| {
-        let (x, y) = (u * w as f32 - 0.5, v * h as f32 - 0.5);
+        let y = if at_poles { v * (h - 1) as f32 } else { v * h as f32 - 0.5 };
+        let x = u * w as f32 - 0.5;
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let column = |i: i64| i.rem_euclid(w as i64) as usize;
         let row = |j: i64| j.clamp(0, h as i64 - 1) as usize;

@@ -3,8 +3,9 @@
 use super::Writer;
 use super::text::{integers, list, number, spectrum, transform};
 use steradian_bsdf::TabulatedPhase;
-use steradian_math::Bounds3;
-use steradian_scene::{Coefficients, Glow, Medium, Phase, RgbGrid, Texture, Volume, VoxelGrid};
+use steradian_math::{Bounds3, Point3, Vec3};
+use steradian_scene::{Coefficients, Field, Fields, Glow, Medium, Phase, RgbGrid, Texture, Volume, VoxelGrid};
+use steradian_spectrum::ColorSpace;
 
 impl Writer<'_> {
     pub(super) fn media(&mut self) {
@@ -62,6 +63,12 @@ impl Writer<'_> {
                 )
             }
             Volume::RgbGrid(grid) => rgb_grid(grid),
+            Volume::Fields(fields) => {
+                self.note(
+                    "extinction and albedo are multiplied in each cell of one grid, which reaches a cell farther",
+                );
+                rgb_grid(&multiplied(fields))
+            }
             Volume::Cloud(c) => format!(
                 "\"cloud\" {} {} \"float density\" {} \"float wispiness\" {} \"float frequency\" {}",
                 sigmas(&c.coefficients),
@@ -106,7 +113,7 @@ fn sigmas(c: &Coefficients) -> String {
 }
 
 fn corners(b: &Bounds3) -> String {
-    let of = |p: steradian_math::Point3| list(&[p.x, p.y, p.z]);
+    let of = |p: Point3| list(&[p.x, p.y, p.z]);
     format!("\"point3 p0\" {} \"point3 p1\" {}", of(b.min), of(b.max))
 }
 
@@ -118,6 +125,37 @@ fn cells([x, y, z]: [u32; 3], b: &Bounds3) -> String {
         integers([z]),
         corners(b)
     )
+}
+
+/// Absorption and scattering on one grid. pbrt's thin out within the outermost cells, so that there is a further layer of them.
+fn multiplied(f: &Fields) -> RgbGrid {
+    // Where nothing varies, the layer should be thin.
+    const EVEN: [u32; 3] = [16; 3];
+    let size = [&f.sigma_t, &f.albedo].into_iter().fold(None, |most: Option<[u32; 3]>, field| match field {
+        Field::Even(_) => most,
+        Field::Grid(g) => Some(most.map_or(g.size, |m| std::array::from_fn(|k| m[k].max(g.size[k])))),
+    });
+    let inner = size.unwrap_or(EVEN);
+    let (low, d) = (f.bounds.min, f.bounds.diagonal());
+    let cell = Vec3::new(d.x / inner[0] as f32, d.y / inner[1] as f32, d.z / inner[2] as f32);
+    let size = inner.map(|n| n + 2);
+    let (mut sigma_a, mut sigma_s) = (Vec::new(), Vec::new());
+    for z in 0..size[2] {
+        for y in 0..size[1] {
+            for x in 0..size[0] {
+                let middle = |i: u32, n: u32| i.clamp(1, n) as f32 - 0.5;
+                let (i, j, k) = (middle(x, inner[0]), middle(y, inner[1]), middle(z, inner[2]));
+                let p: Point3 = low + Vec3::new(i * cell.x, j * cell.y, k * cell.z);
+                let (t, a) = (f.sigma_t.rgb(p), f.albedo.rgb(p).map(|a| a.clamp(0.0, 1.0)));
+                sigma_a.push(std::array::from_fn(|c| t[c] * (1.0 - a[c])));
+                sigma_s.push(std::array::from_fn(|c| t[c] * a[c]));
+            }
+        }
+    }
+    let grid = |values| Some(VoxelGrid { size, values });
+    let (sigma_a, sigma_s) = (grid(sigma_a), grid(sigma_s));
+    let bounds = Bounds3 { min: low - cell, max: f.bounds.max + cell };
+    RgbGrid { bounds, color_space: ColorSpace::Srgb, sigma_a, sigma_s, emission: None }
 }
 
 fn rgb_grid(g: &RgbGrid) -> String {

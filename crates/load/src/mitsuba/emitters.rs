@@ -143,9 +143,9 @@ impl Mitsuba<'_> {
         }
         let scale = self.float(e, "scale", 1.0) / ColorSpace::Srgb.photometric();
         let image = self.push_image(&name, texels, Lookup::Bilinear, Wrap::Repeat);
-        // y is up, the middle of the picture is at +z, and columns begin at -z towards +x.
+        // y is up, the first row and the last are the poles, the middle of the picture is at +z, and columns begin at -z towards +x.
         let turned = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
         let world_from_light = world.mul(&Transform::from_matrix(turned)?);
-        Some(Light::ImageInfinite { world_from_light, image, mapping: EnvironmentMapping::LatLong, scale })
+        Some(Light::ImageInfinite { world_from_light, image, mapping: EnvironmentMapping::LatLongToPoles, scale })
     }
 }

@@ -8,31 +8,20 @@ use steradian_image::Wrap;
 use steradian_math::{Bounds3, Point3, Transform};
 use steradian_scene::{GridTexture, Handle, Shape};
 
-/// A grid as a file has it: some channels at the centres of cells, x fastest.
-pub(super) struct Grid {
-    pub size: [u32; 3],
-    pub channels: usize,
-    pub values: Vec<f32>,
-    pub bounds: Bounds3,
+/// A grid as a file has it: one or three channels at the centres of cells, x fastest.
+struct Grid {
+    size: [u32; 3],
+    channels: usize,
+    values: Vec<f32>,
+    bounds: Bounds3,
 }
 
 impl Mitsuba<'_> {
-    /// The grid of a medium's coefficient, and where its box lies.
-    pub(super) fn grid(&mut self, v: &Object) -> Option<(Grid, Transform)> {
-        let mut grid = self.values(v)?;
-        for ignored in ["raw", "accel"] {
-            v.get(ignored);
-        }
-        if self.text(v, "filter_type").is_some_and(|f| f != "trilinear") {
-            self.note_once("grids of media are interpolated between their points, whatever `filter_type` says", v.span);
-        }
-        if self.text(v, "wrap_mode").is_some_and(|w| w != "clamp") {
-            self.error("media that repeat are not built", v.span);
-        }
-        if !self.flag(v, "use_grid_bbox", false) {
-            grid.bounds = Bounds3 { min: Point3::default(), max: Point3::new(1.0, 1.0, 1.0) };
-        }
-        Some((grid, self.transform(v, "to_world")))
+    /// The grid of a medium's coefficient, and where the unit cube that it fills lies.
+    pub(super) fn grid(&mut self, v: &Object) -> Option<(GridTexture, Transform)> {
+        let grid = self.placed_grid(v)?;
+        let place = grid.texture_from_world.inverse();
+        Some((grid, place))
     }
 
     fn values(&mut self, o: &Object) -> Option<Grid> {
@@ -47,6 +36,12 @@ impl Mitsuba<'_> {
 
     /// A grid that a texture looks up.
     pub(super) fn grid_texture(&mut self, v: &Object) -> Option<Handle<GridTexture>> {
+        let grid = self.placed_grid(v)?;
+        self.finish(v);
+        Some(self.scene.grids.push(grid))
+    }
+
+    fn placed_grid(&mut self, v: &Object) -> Option<GridTexture> {
         let grid = self.values(v)?;
         for ignored in ["raw", "accel"] {
             v.get(ignored);
@@ -70,10 +65,9 @@ impl Mitsuba<'_> {
             };
             place = place.mul(&Transform::translate(low.to_vec())).mul(&unit);
         }
-        self.finish(v);
         let Grid { size, channels, values, .. } = grid;
         let texture_from_world = place.inverse();
-        Some(self.scene.grids.push(GridTexture { texture_from_world, size, channels, values, wrap, nearest }))
+        Some(GridTexture { texture_from_world, size, channels, values, wrap, nearest })
     }
 
     /// A surface where signed distances are zero.
@@ -139,29 +133,6 @@ fn parse(bytes: &[u8]) -> Result<Grid, String> {
     Ok(Grid { size, channels, values, bounds })
 }
 
-impl Grid {
-    /// With a further layer of cells all around, the same as those at the edge: nothing thins out towards the faces of the box.
-    pub fn padded(&self) -> Grid {
-        let [x, y, z] = self.size.map(|n| n as usize);
-        let size = self.size.map(|n| n + 2);
-        let mut values = Vec::with_capacity((x + 2) * (y + 2) * (z + 2) * self.channels);
-        let inner = |i: usize, n: usize| i.clamp(1, n) - 1;
-        for k in 0..z + 2 {
-            for j in 0..y + 2 {
-                for i in 0..x + 2 {
-                    let at = (inner(k, z) * y + inner(j, y)) * x + inner(i, x);
-                    values.extend_from_slice(&self.values[at * self.channels..(at + 1) * self.channels]);
-                }
-            }
-        }
-        let cell = |axis: usize| (self.bounds.max[axis] - self.bounds.min[axis]) / self.size[axis] as f32;
-        let grown =
-            |p: Point3, sign: f32| Point3::new(p.x + sign * cell(0), p.y + sign * cell(1), p.z + sign * cell(2));
-        let bounds = Bounds3 { min: grown(self.bounds.min, -1.0), max: grown(self.bounds.max, 1.0) };
-        Grid { size, channels: self.channels, values, bounds }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,11 +146,10 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_is_read_and_padded() {
-        let g = parse(&file([2, 1, 1], &[3.0, 5.0])).unwrap().padded();
-        assert_eq!((g.size, g.values.len()), ([4, 3, 3], 36));
-        assert_eq!(g.values[..4], [3.0, 3.0, 5.0, 5.0]);
-        assert_eq!((g.bounds.min.x, g.bounds.max.y), (-1.0, 2.0));
+    fn a_grid_is_read() {
+        let g = parse(&file([2, 1, 1], &[3.0, 5.0])).unwrap();
+        assert_eq!((g.size, g.channels, g.values), ([2, 1, 1], 1, vec![3.0, 5.0]));
+        assert_eq!((g.bounds.min.x, g.bounds.max.x, g.bounds.max.y), (0.0, 2.0, 1.0));
     }
 
     #[test]

@@ -4,9 +4,10 @@ use super::Mitsuba;
 use super::tree::Object;
 use crate::files::read_all;
 use crate::tensor::measured_material;
+use steradian_image::{Encoding, Lookup, Storage, Texels, Wrap};
 use steradian_scene::{
-    FloatInput, HairColor, Handle, Ior, Material, Metal, NormalMap, PlasticInputs, PrincipledInputs, Roughness,
-    Scattering, Slopes, SpectrumInput, SpectrumTexture, Texture,
+    FloatInput, HairColor, Handle, ImageMap, Ior, Mapping2, Material, Metal, NormalMap, PlasticInputs,
+    PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, SpectrumTexture, Texture,
 };
 use steradian_spectrum::{Spectrum, SpectrumUse};
 
@@ -137,6 +138,7 @@ impl Mitsuba<'_> {
                 self.altered(o, Scattering::Dielectric { eta, roughness })
             }
             "thindielectric" => {
+                self.has_panes = true;
                 let eta = Ior::Constant(self.relative_index(o, 1.5046));
                 self.altered(o, Scattering::ThinDielectric { eta })
             }
@@ -159,7 +161,7 @@ impl Mitsuba<'_> {
                 self.without_shadowing(o);
                 let inner = self.nested(o, depth);
                 let map = self.named(o, "normalmap").map(|i| self.object(i));
-                let Some(map) = map.and_then(|t| self.bitmap(&t, false)) else {
+                let Some(map) = map.and_then(|t| self.normals(&t)) else {
                     self.error("a normal map needs a texture of that name", o.span);
                     return inner;
                 };
@@ -190,6 +192,21 @@ impl Mitsuba<'_> {
                 self.default_cover()
             }
         }
+    }
+
+    /// The picture of a normal map; of one normal everywhere, a texel.
+    fn normals(&mut self, t: &Object) -> Option<ImageMap> {
+        if t.kind == "bitmap" {
+            return self.bitmap(t, false);
+        }
+        let texture = self.texture(t, SpectrumUse::Unbounded)?;
+        let Texture::Constant(s) = &self.scene.spectrum_textures[texture].kind else {
+            self.error("a normal map is a `bitmap`, or the same everywhere", t.span);
+            return None;
+        };
+        let texels = Texels::new(1, 1, 3, Storage::F32(s.rgb().to_vec()), Encoding::Linear).ok()?;
+        let image = self.push_image("normal", texels, Lookup::Texel, Wrap::Repeat);
+        Some(ImageMap { mapping: Mapping2::default(), image, scale: 1.0, invert: false })
     }
 
     /// Tells that Mitsuba darkens grazing light where it turns normals.

@@ -1,19 +1,10 @@
 //! Media of Mitsuba scenes.
 
 use super::Mitsuba;
-use super::grids::Grid;
 use super::tree::{Object, Value};
-use steradian_math::{Bounds3, Transform};
-use steradian_scene::{Coefficients, Handle, Medium, MediumInterface, Phase, RgbGrid, Volume, VoxelGrid};
-use steradian_spectrum::{ColorSpace, Dense, Spectrum, SpectrumUse};
-use steradian_syntax::Span;
-
-/// What fills a medium's coefficient.
-enum Filling {
-    Even(Spectrum),
-    /// Values, and where the grid's box lies.
-    Grid(Grid, Transform),
-}
+use steradian_math::{Bounds3, Point3, Transform};
+use steradian_scene::{Coefficients, Field, Fields, Handle, Medium, MediumInterface, Phase, Texture, Volume};
+use steradian_spectrum::{Dense, Spectrum, SpectrumUse};
 
 /// Blends of phase functions inside of each other, at most.
 const MOST_NESTED: usize = 8;
@@ -39,14 +30,27 @@ impl Mitsuba<'_> {
             self.not_built(&o);
             return None;
         }
-        let (albedo, sigma_t) = (self.filling(&o, "albedo", 0.75)?, self.filling(&o, "sigma_t", 1.0)?);
+        let ((albedo, _), (sigma_t, bounds)) = (self.field(&o, "albedo", 0.75)?, self.field(&o, "sigma_t", 1.0)?);
         let scale = self.float(&o, "scale", 1.0);
         let phase = self.phase_of(&o, 0);
         for name in ["sample_emitters", "has_spectral_extinction"] {
             o.get(name);
         }
         self.finish(&o);
-        let (volume, world_from_medium) = self.volume(albedo, sigma_t, o.span)?;
+        let volume = match (albedo, sigma_t) {
+            // Only what is heterogeneous ends where its volume does.
+            (Field::Even(a), Field::Even(t)) if o.kind == "homogeneous" => {
+                let sigma_s = product(&a, &t, |a, t| a * t);
+                let sigma_a = product(&a, &t, |a, t| (1.0 - a) * t);
+                Volume::Homogeneous { coefficients: Coefficients { sigma_a, sigma_s }, emission: None }
+            }
+            _ if o.kind == "homogeneous" => {
+                self.error("a homogeneous medium cannot vary", o.span);
+                return None;
+            }
+            (albedo, sigma_t) => Volume::Fields(Fields { bounds, sigma_t, albedo }),
+        };
+        let world_from_medium = Transform::IDENTITY;
         let medium = Medium { name: String::new(), phase, scale, world_from_medium, volume };
         if let Err(e) = medium.validate() {
             self.error(e.to_string(), o.span);
@@ -103,18 +107,15 @@ impl Mitsuba<'_> {
         built
     }
 
-    fn filling(&mut self, o: &Object, name: &str, absent: f32) -> Option<Filling> {
+    /// What fills space with a coefficient, and where it ends.
+    fn field(&mut self, o: &Object, name: &str, absent: f32) -> Option<(Field, Bounds3)> {
         let usage = SpectrumUse::Unbounded;
         if let Some(v) = self.named(o, name).map(|i| self.object(i)) {
-            let filling = match v.kind.as_str() {
-                "constvolume" => {
-                    let p = v.get("value").cloned();
-                    let value = p.map_or(Value::Float(1.0), |p| p.value);
-                    Filling::Even(self.spectrum_of(&value, usage, v.span)?)
-                }
+            let (field, place) = match v.kind.as_str() {
+                "constvolume" => (Field::Even(self.even(&v, usage)?), self.transform(&v, "to_world")),
                 "gridvolume" => {
-                    let (grid, world) = self.grid(&v)?;
-                    Filling::Grid(grid.padded(), world)
+                    let (grid, place) = self.grid(&v)?;
+                    (Field::Grid(grid), place)
                 }
                 _ => {
                     self.not_built(&v);
@@ -122,60 +123,33 @@ impl Mitsuba<'_> {
                 }
             };
             self.finish(&v);
-            return Some(filling);
+            return Some((field, place.bounds(&UNIT)));
         }
         let p = o.get(name).cloned();
         let s = p.and_then(|p| self.spectrum_of(&p.value, usage, p.span));
-        Some(Filling::Even(s.unwrap_or_else(|| Spectrum::constant(absent, usage))))
+        Some((Field::Even(s.unwrap_or_else(|| Spectrum::constant(absent, usage))), UNIT))
     }
 
-    /// What albedo and extinction together fill space with, and where it lies.
-    fn volume(&mut self, albedo: Filling, sigma_t: Filling, span: Span) -> Option<(Volume, Transform)> {
-        Some(match (albedo, sigma_t) {
-            (Filling::Even(a), Filling::Even(t)) => {
-                let sigma_s = product(&a, &t, |a, t| a * t);
-                let sigma_a = product(&a, &t, |a, t| (1.0 - a) * t);
-                let coefficients = Coefficients { sigma_a, sigma_s };
-                (Volume::Homogeneous { coefficients, emission: None }, Transform::IDENTITY)
-            }
-            (Filling::Even(a), Filling::Grid(t, world)) if t.channels == 1 => {
-                let one = Spectrum::constant(1.0, SpectrumUse::Unbounded);
-                let sigma_s = product(&a, &one, |a, _| a);
-                let sigma_a = product(&a, &one, |a, _| 1.0 - a);
-                let density = VoxelGrid { size: t.size, values: t.values };
-                let coefficients = Coefficients { sigma_a, sigma_s };
-                (Volume::Grid { coefficients, bounds: t.bounds, density, glow: None }, world)
-            }
-            (albedo, sigma_t) => {
-                let (Some(size), bounds, world) = (match (&albedo, &sigma_t) {
-                    (Filling::Grid(a, _), Filling::Grid(t, world)) => {
-                        ((a.size == t.size).then_some(t.size), t.bounds, *world)
-                    }
-                    (Filling::Grid(g, world), _) | (_, Filling::Grid(g, world)) => (Some(g.size), g.bounds, *world),
-                    _ => (None, Bounds3::default(), Transform::IDENTITY),
-                }) else {
-                    self.error("grids of albedo and extinction must be of one size", span);
-                    return None;
-                };
-                let at = |f: &Filling, i: usize| match f {
-                    Filling::Even(s) => s.rgb(),
-                    Filling::Grid(g, _) => std::array::from_fn(|k| g.values[i * g.channels + k % g.channels]),
-                };
-                let count = size.iter().map(|&n| n as usize).product();
-                let grid = |f: &dyn Fn(f32, f32) -> f32| {
-                    let value = |i| {
-                        let (a, t) = (at(&albedo, i), at(&sigma_t, i));
-                        std::array::from_fn(|k| f(a[k], t[k]).max(0.0))
-                    };
-                    Some(VoxelGrid { size, values: (0..count).map(value).collect() })
-                };
-                let (sigma_a, sigma_s) = (grid(&|a, t| (1.0 - a) * t), grid(&|a, t| a * t));
-                let rgb = RgbGrid { bounds, color_space: ColorSpace::Srgb, sigma_a, sigma_s, emission: None };
-                (Volume::RgbGrid(rgb), world)
-            }
-        })
+    /// The value of a volume that does not vary: a spectrum, or a texture that is one.
+    fn even(&mut self, v: &Object, usage: SpectrumUse) -> Option<Spectrum> {
+        if let Some(child) = self.named(v, "value") {
+            let t = self.object(child);
+            let texture = self.texture(&t, usage)?;
+            return match &self.scene.spectrum_textures[texture].kind {
+                Texture::Constant(s) => Some(s.clone()),
+                _ => {
+                    self.error("`value` of a `constvolume` cannot vary", t.span);
+                    None
+                }
+            };
+        }
+        let value = v.get("value").cloned();
+        self.spectrum_of(&value.map_or(Value::Float(1.0), |p| p.value), usage, v.span)
     }
 }
+
+/// The box that volumes fill before they are put in their places.
+const UNIT: Bounds3 = Bounds3 { min: Point3::new(0.0, 0.0, 0.0), max: Point3::new(1.0, 1.0, 1.0) };
 
 /// A function of two spectra: wavelength by wavelength, and of their colours.
 fn product(a: &Spectrum, b: &Spectrum, f: impl Fn(f32, f32) -> f32) -> Spectrum {

@@ -7,6 +7,7 @@ mod emitters;
 mod grids;
 mod materials;
 mod media;
+mod metals;
 mod sensors;
 mod shapes;
 mod spectra;
@@ -36,6 +37,7 @@ struct Mitsuba<'a> {
     media: BTreeMap<usize, Handle<Medium>>,
     pictures: RefCell<BTreeMap<(String, bool), Texels>>,
     has_sensor: bool,
+    has_panes: bool,
     said: BTreeSet<String>,
 }
 
@@ -58,6 +60,7 @@ pub(crate) fn load(path: &Path, files: &dyn FileAccess, options: &ModelOptions) 
         media: BTreeMap::new(),
         pictures: RefCell::default(),
         has_sensor: false,
+        has_panes: false,
         said: BTreeSet::new(),
     };
     let errors = |d: &[Diagnostic]| d.iter().any(|d| d.severity == Severity::Error);
@@ -142,6 +145,9 @@ impl Mitsuba<'_> {
         if !self.has_sensor {
             self.reader.diagnostics.push(Diagnostic::error("the scene has no sensor", None));
         }
+        // Mitsuba's integrators of media see straight through panes, the others do not.
+        let among_media = self.scene.settings.integrator.kind == IntegratorKind::VolPath;
+        self.scene.settings.integrator.through_panes = self.has_panes && among_media;
         if !self.scene.media.is_empty() && self.scene.settings.integrator.kind == IntegratorKind::Path {
             self.scene.settings.integrator.kind = IntegratorKind::VolPath;
         }

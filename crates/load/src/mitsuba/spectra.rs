@@ -9,7 +9,7 @@ use steradian_scene::{
     CheckerMapping, FloatInput, FloatTexture, Handle, ImageMap, Mapping2, SpectrumInput, SpectrumTexture, Texture,
     TextureImage,
 };
-use steradian_spectrum::{CIE_Y, ColorSpace, Spectrum, SpectrumUse, named};
+use steradian_spectrum::{CIE_Y, ColorSpace, Spectrum, SpectrumUse};
 use steradian_syntax::{Diagnostic, Span};
 
 /// Indices of refraction at the yellow line, by Mitsuba's names.
@@ -248,6 +248,11 @@ impl Mitsuba<'_> {
                 let p = t.get("color").cloned()?;
                 self.spectrum_of(&p.value, usage, p.span)
             }
+            // Three numbers, which are no colour of anything.
+            "rawconstant" if matches!(t.params.get("value").map(|p| &p.value), Some(Value::Vector(_))) => {
+                let [r, g, b] = self.vector(t, "value")?.to_array();
+                Some(Spectrum::constant((r + g + b) / 3.0, usage).with_rgb([r, g, b]))
+            }
             "uniform" | "rawconstant" => {
                 let v = self.float(t, "value", 1.0);
                 Some(Spectrum::constant(v, usage))
@@ -386,20 +391,10 @@ impl Mitsuba<'_> {
             }
         }
     }
-
-    /// Index and absorption of a metal by its name.
-    pub(super) fn metal(&mut self, name: &str, span: Span) -> Option<[Spectrum; 2]> {
-        let of = |part: &str| named::spectrum(&format!("metal-{name}-{part}"));
-        if let (Some(eta), Some(k)) = (of("eta"), of("k")) {
-            return Some([as_seen(eta), as_seen(k)]);
-        }
-        self.error(format!("the metal `{name}` is not known; Ag, Al, Au, Cu, CuZn, MgO and TiO2 are"), span);
-        None
-    }
 }
 
 /// In RGB, Mitsuba takes a tabulated quantity that is neither a reflectance nor a lamp's for the colour of a light of that spectrum.
-fn as_seen(s: Spectrum) -> Spectrum {
+pub(super) fn as_seen(s: Spectrum) -> Spectrum {
     if s.usage() != SpectrumUse::Unbounded {
         return s;
     }

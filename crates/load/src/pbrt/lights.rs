@@ -365,7 +365,7 @@ impl Loader<'_> {
                 // Solid angle of the unit square around this point.
                 let (direction, jacobian) = match mapping {
                     EnvironmentMapping::EqualArea => (square_to_octahedral(st), 4.0 * PI),
-                    EnvironmentMapping::LatLong => {
+                    EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => {
                         let d = square_to_lat_long(st);
                         (d, 2.0 * PI * PI * steradian_math::safe_sqrt(1.0 - d.z * d.z))
                     }

@@ -89,7 +89,8 @@ impl Environment {
         let brightness = |x: usize, y: usize| (rgb_at(texels, x, y).iter().sum::<f32>() / 3.0).max(0.0);
         let density = match mapping {
             EnvironmentMapping::EqualArea => by_texels(w, h, brightness),
-            EnvironmentMapping::LatLong => LatLongDensity::new(w, h, brightness).map(Density::LatLong),
+            EnvironmentMapping::LatLong => LatLongDensity::new(w, h, false, brightness).map(Density::LatLong),
+            EnvironmentMapping::LatLongToPoles => LatLongDensity::new(w, h, true, brightness).map(Density::LatLong),
         };
         Self { image, scale, mapping, world_from_light, density }
     }
@@ -111,28 +112,37 @@ impl Environment {
     fn square_of(&self, local: Vec3) -> [f32; 2] {
         match self.mapping {
             EnvironmentMapping::EqualArea => octahedral_to_square(local),
-            EnvironmentMapping::LatLong => lat_long_to_square(local),
+            EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => lat_long_to_square(local),
         }
     }
 
-    /// The colour from the direction that a point of the square stands for, before `scale`.
+    /// The colour from the direction that a point of the square stands for, before `scale`. Maps to the poles are Mitsuba's, which in spectral
+    /// mode interpolates colour and brightness each on its own.
     #[inline]
-    fn rgb(&self, texels: &Texels, [u, v]: [f32; 2]) -> [f32; 3] {
+    fn rgb(&self, texels: &Texels, [u, v]: [f32; 2], spectral: bool) -> [f32; 3] {
         let (w, h) = (texels.width(), texels.height());
         let cell = |u: f32, n: usize| ((u * n as f32) as usize).min(n - 1);
         match self.mapping {
             EnvironmentMapping::EqualArea => rgb_at(texels, cell(u, w), cell(v, h)),
-            EnvironmentMapping::LatLong => {
-                let (x, y) = (u * w as f32 - 0.5, (v * h as f32 - 0.5).clamp(0.0, (h - 1) as f32));
+            EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => {
+                let last = (h - 1) as f32;
+                let y = if self.mapping == EnvironmentMapping::LatLong { v * h as f32 - 0.5 } else { v * last };
+                let (x, y) = (u * w as f32 - 0.5, y.clamp(0.0, last));
                 let (x0, y0) = (x.floor(), y.floor());
                 let (fx, fy) = (x - x0, y - y0);
                 let column = |x: f32| (x as i64).rem_euclid(w as i64) as usize;
                 let row = |y: f32| (y as usize).min(h - 1);
                 let corner = |dx: f32, dy: f32| rgb_at(texels, column(x0 + dx), row(y0 + dy));
-                let (a, b, c, d) = (corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0));
-                std::array::from_fn(|i| {
-                    (1.0 - fy) * ((1.0 - fx) * a[i] + fx * b[i]) + fy * ((1.0 - fx) * c[i] + fx * d[i])
-                })
+                let corners = [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0), corner(1.0, 1.0)];
+                let between =
+                    |[a, b, c, d]: [f32; 4]| (1.0 - fy) * ((1.0 - fx) * a + fx * b) + fy * ((1.0 - fx) * c + fx * d);
+                if spectral && self.mapping == EnvironmentMapping::LatLongToPoles {
+                    let most = corners.map(|c| c[0].max(c[1]).max(c[2]).max(1e-8));
+                    let brightness = between(most);
+                    let hue: [[f32; 3]; 4] = std::array::from_fn(|k| corners[k].map(|v| v / most[k]));
+                    return std::array::from_fn(|i| brightness * between(hue.map(|c| c[i])));
+                }
+                std::array::from_fn(|i| between(corners.map(|c| c[i])))
             }
         }
     }
@@ -142,7 +152,7 @@ impl Environment {
         let (uv, pdf) = self.density.as_ref()?.sample(u, beside_lobes);
         let local = match self.mapping {
             EnvironmentMapping::EqualArea => square_to_octahedral(uv),
-            EnvironmentMapping::LatLong => square_to_lat_long(uv),
+            EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => square_to_lat_long(uv),
         };
         let pdf = pdf * self.square_to_sphere_density(local);
         (pdf > 0.0 && pdf.is_finite()).then(|| (self.world_from_light.vector(local).normalize(), pdf))
@@ -160,7 +170,7 @@ impl Environment {
     fn square_to_sphere_density(&self, local: Vec3) -> f32 {
         match self.mapping {
             EnvironmentMapping::EqualArea => INV_4PI,
-            EnvironmentMapping::LatLong => square_to_lat_long_pdf(local),
+            EnvironmentMapping::LatLong | EnvironmentMapping::LatLongToPoles => square_to_lat_long_pdf(local),
         }
     }
 
@@ -183,7 +193,7 @@ impl Environment {
     #[inline]
     pub(super) fn lanes_at_square(&self, images: &Arena<TextureImage>, square: [f32; 2], w: &Wavelengths) -> Lanes {
         let image = &images[self.image];
-        let rgb = self.rgb(&image.texels, square).map(|v| v.max(0.0));
+        let rgb = self.rgb(&image.texels, square, !w.is_rgb()).map(|v| v.max(0.0));
         rgb_lanes(rgb, image.color_space, SpectrumUse::Illuminant, w) * self.scale
     }
 }

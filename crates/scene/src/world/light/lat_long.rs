@@ -11,18 +11,66 @@ use steradian_sampling::warp::square_to_bilinear;
 pub(super) struct LatLongDensity {
     /// Brightness at the centres of texels, row by row.
     nodes: Vec<f32>,
-    width: usize,
-    height: usize,
+    grid: Nodes,
     /// Of each row of cells.
     sines: Vec<f32>,
     /// Mean brightness over the sphere.
     mean: f32,
     all: Cells,
     /// Of what is above the mean.
-    peaks: Option<Cells>,
+    peaks: Option<Box<Cells>>,
 }
 
-/// The cells between nodes: as many columns as texels, one row more. Those at the poles are half as high.
+/// How the nodes lie.
+#[derive(Clone, Copy, Debug)]
+struct Nodes {
+    width: usize,
+    height: usize,
+    /// Whether the first and the last row of nodes lie at the poles, not half a row from them.
+    at_poles: bool,
+}
+
+/// Where a row of cells is.
+enum Row {
+    /// Half as high, below the pole at v = 0 and above the one at v = 1.
+    HalfAtTop,
+    HalfAtBottom,
+    /// As high as the others, with nodes at the pole.
+    AtTop,
+    AtBottom,
+    /// Below the row of nodes of this number.
+    Below(usize),
+}
+
+impl Nodes {
+    /// Rows of cells.
+    fn rows(self) -> usize {
+        if self.at_poles { self.height - 1 } else { self.height + 1 }
+    }
+
+    fn row(self, row: usize) -> Row {
+        match (self.at_poles, row) {
+            (false, 0) => Row::HalfAtTop,
+            (false, r) if r == self.height => Row::HalfAtBottom,
+            (false, r) => Row::Below(r - 1),
+            (true, 0) => Row::AtTop,
+            (true, r) if r + 2 == self.height => Row::AtBottom,
+            (true, r) => Row::Below(r),
+        }
+    }
+
+    /// The angle from the pole at v = 0 of the upper edge of a row of cells.
+    fn edge(self, row: usize) -> f32 {
+        if self.at_poles {
+            PI * row as f32 / (self.height - 1) as f32
+        } else {
+            PI * (row as f32 - 0.5).clamp(0.0, self.height as f32) / self.height as f32
+        }
+    }
+}
+
+/// The cells between nodes: as many columns as texels, and of rows one more, those at the poles half as high, or, with nodes at the poles, one
+/// less.
 #[derive(Clone, Debug)]
 struct Cells {
     choice: Piecewise2D,
@@ -33,21 +81,25 @@ struct Cells {
 }
 
 impl LatLongDensity {
-    /// The density of `brightness(x, y)` of texels. `None` if all are black.
-    pub fn new(width: usize, height: usize, brightness: impl Fn(usize, usize) -> f32) -> Option<Self> {
+    /// The density of `brightness(x, y)` of texels, whose first and last row lie at the poles or half a row from them. `None` if all are black.
+    pub fn new(width: usize, height: usize, at_poles: bool, brightness: impl Fn(usize, usize) -> f32) -> Option<Self> {
+        // One row alone has no two poles to lie at.
+        let grid = Nodes { width, height, at_poles: at_poles && height > 1 };
         let nodes: Vec<f32> = (0..width * height).map(|i| brightness(i % width, i / width).max(0.0)).collect();
-        let edge = |row: usize| PI * (row as f32 - 0.5).clamp(0.0, height as f32) / height as f32;
-        let sines: Vec<f32> = (0..=height).map(|row| sin_cos(0.5 * (edge(row) + edge(row + 1))).0).collect();
+        let sines: Vec<f32> =
+            (0..grid.rows()).map(|row| sin_cos(0.5 * (grid.edge(row) + grid.edge(row + 1))).0).collect();
         let (mut sum, mut weights) = (0.0f64, 0.0f64);
         for (y, row) in nodes.chunks_exact(width).enumerate() {
-            let sine = f64::from(sin_cos(PI * (y as f32 + 0.5) / height as f32).0);
+            let angle = if grid.at_poles { grid.edge(y) } else { PI * (y as f32 + 0.5) / height as f32 };
+            let sine = f64::from(sin_cos(angle).0);
             sum += row.iter().map(|&v| f64::from(v)).sum::<f64>() * sine;
             weights += sine * width as f64;
         }
-        let mean = (sum / weights) as f32;
-        let cells = |floor| Cells::new(&nodes, [width, height], &sines, floor);
-        let (all, peaks) = (cells(0.0)?, cells(mean));
-        Some(Self { nodes, width, height, sines, mean, all, peaks })
+        // Of two rows at the poles neither has any weight.
+        let mean = if weights > 1e-6 { (sum / weights) as f32 } else { nodes.iter().sum::<f32>() / nodes.len() as f32 };
+        let cells = |floor| Cells::new(&nodes, grid, &sines, floor);
+        let (all, peaks) = (cells(0.0)?, cells(mean).map(Box::new));
+        Some(Self { nodes, grid, sines, mean, all, peaks })
     }
 
     /// Mean brightness over the sphere.
@@ -60,16 +112,17 @@ impl LatLongDensity {
     pub fn sample(&self, u: [f32; 2], beside_lobes: bool) -> ([f32; 2], f32) {
         let cells = self.cells(beside_lobes);
         let ([x, row], u) = cells.choice.sample_cell(u);
-        let corners = corners(&self.nodes, [self.width, self.height], [x, row], cells.floor);
+        let corners = corners(&self.nodes, self.grid, [x, row], cells.floor);
         let [s, t] = square_to_bilinear(u, corners);
-        let (w, h) = (self.width as f32, self.height as f32);
+        let (w, h) = (self.grid.width as f32, self.grid.height as f32);
         let column = x as f32 + 0.5 + s;
         let u = if column >= w { column - w } else { column } / w;
-        let v = match row {
-            0 => 0.5 * t,
-            _ if row == self.height => h - 0.5 + 0.5 * t,
-            _ => row as f32 - 0.5 + t,
-        } / h;
+        let v = match self.grid.row(row) {
+            Row::HalfAtTop => 0.5 * t / h,
+            Row::HalfAtBottom => (h - 0.5 + 0.5 * t) / h,
+            _ if self.grid.at_poles => (row as f32 + t) / (h - 1.0),
+            _ => (row as f32 - 0.5 + t) / h,
+        };
         ([u, v.min(1.0)], interpolate(corners, s, t) * self.sines[row] * cells.per_value)
     }
 
@@ -77,49 +130,71 @@ impl LatLongDensity {
     #[inline]
     pub fn pdf(&self, [u, v]: [f32; 2], beside_lobes: bool) -> f32 {
         let cells = self.cells(beside_lobes);
-        let x = u * self.width as f32 - 0.5;
-        let y = v.clamp(0.0, 1.0) * self.height as f32;
-        let row = ((y + 0.5) as usize).min(self.height);
-        let t = match row {
-            0 => 2.0 * y,
-            _ if row == self.height => 2.0 * (y - self.height as f32 + 0.5),
-            _ => y + 0.5 - row as f32,
+        let (width, height) = (self.grid.width, self.grid.height);
+        let x = u * width as f32 - 0.5;
+        let v = v.clamp(0.0, 1.0);
+        let (row, t) = if self.grid.at_poles {
+            let y = v * (height - 1) as f32;
+            let row = (y as usize).min(height - 2);
+            (row, y - row as f32)
+        } else {
+            let y = v * height as f32;
+            let row = ((y + 0.5) as usize).min(height);
+            let t = match self.grid.row(row) {
+                Row::HalfAtTop => 2.0 * y,
+                Row::HalfAtBottom => 2.0 * (y - height as f32 + 0.5),
+                _ => y + 0.5 - row as f32,
+            };
+            (row, t)
         };
-        let column = (x.floor() as i64).rem_euclid(self.width as i64) as usize;
-        let corners = corners(&self.nodes, [self.width, self.height], [column, row], cells.floor);
+        let column = (x.floor() as i64).rem_euclid(width as i64) as usize;
+        let corners = corners(&self.nodes, self.grid, [column, row], cells.floor);
         interpolate(corners, x - x.floor(), t.clamp(0.0, 1.0)) * self.sines[row] * cells.per_value
     }
 
     fn cells(&self, beside_lobes: bool) -> &Cells {
         // A map without features has no peaks.
-        if beside_lobes { self.peaks.as_ref().unwrap_or(&self.all) } else { &self.all }
+        if beside_lobes { self.peaks.as_deref().unwrap_or(&self.all) } else { &self.all }
     }
 }
 
 impl Cells {
-    fn new(nodes: &[f32], [width, height]: [usize; 2], sines: &[f32], floor: f32) -> Option<Self> {
-        let mut masses = Vec::with_capacity(width * (height + 1));
+    fn new(nodes: &[f32], grid: Nodes, sines: &[f32], floor: f32) -> Option<Self> {
+        let (width, rows) = (grid.width, grid.rows());
+        let mut masses = Vec::with_capacity(width * rows);
         for (row, sine) in sines.iter().enumerate() {
-            let share = if row == 0 || row == height { 0.125 * sine } else { 0.25 * sine };
-            let mass = |x| share * corners(nodes, [width, height], [x, row], floor).iter().sum::<f32>();
+            let half = matches!(grid.row(row), Row::HalfAtTop | Row::HalfAtBottom);
+            let share = if half { 0.125 * sine } else { 0.25 * sine };
+            let mass = |x| share * corners(nodes, grid, [x, row], floor).iter().sum::<f32>();
             masses.extend((0..width).map(mass));
         }
-        let choice = Piecewise2D::new(masses, width, height + 1)?;
-        let per_value = height as f32 / ((height + 1) as f32 * choice.integral());
+        let choice = Piecewise2D::new(masses, width, rows)?;
+        // Whole rows are as high as the distance of two nodes.
+        let nodes_apart = if grid.at_poles { rows } else { grid.height };
+        let per_value = nodes_apart as f32 / (rows as f32 * choice.integral());
         (choice.integral() > 0.0 && per_value.is_finite()).then_some(Self { choice, per_value, floor })
     }
 }
 
-/// What is above the floor at the corners of a cell: left and right above, then below. In the rows at the poles brightness is even and the
-/// sine is not, so that it falls from twice its mean to nothing there.
+/// What is above the floor at the corners of a cell: left and right above, then below. In the rows at the poles the sine falls from twice its
+/// mean to nothing there; brightness is even in half a row, and at most the sum of both ends in a whole one.
 #[inline]
-fn corners(nodes: &[f32], [width, height]: [usize; 2], [x, row]: [usize; 2], floor: f32) -> [f32; 4] {
+fn corners(nodes: &[f32], grid: Nodes, [x, row]: [usize; 2], floor: f32) -> [f32; 4] {
+    let (width, height) = (grid.width, grid.height);
     let right = if x + 1 == width { 0 } else { x + 1 };
     let pair = |y: usize| [x, right].map(|x| (nodes[y * width + x] - floor).max(0.0));
-    let ([a, b], [c, d]) = match row {
-        0 => ([0.0; 2], pair(0).map(|v| 2.0 * v)),
-        _ if row == height => (pair(height - 1).map(|v| 2.0 * v), [0.0; 2]),
-        _ => (pair(row - 1), pair(row)),
+    let both = |y: usize| {
+        let (a, b) = (pair(y), pair(y + 1));
+        [a[0] + b[0], a[1] + b[1]]
+    };
+    let ([a, b], [c, d]) = match grid.row(row) {
+        Row::HalfAtTop => ([0.0; 2], pair(0).map(|v| 2.0 * v)),
+        Row::HalfAtBottom => (pair(height - 1).map(|v| 2.0 * v), [0.0; 2]),
+        // Two rows of nodes are one of cells, with a pole at either end.
+        Row::AtTop if height == 2 => (both(0), both(0)),
+        Row::AtTop => ([0.0; 2], both(0)),
+        Row::AtBottom => (both(row), [0.0; 2]),
+        Row::Below(y) => (pair(y), pair(y + 1)),
     };
     [a, b, c, d]
 }

@@ -54,6 +54,13 @@ impl<'w> MediumRay<'w> {
         matches!(self.built.shape, BuiltShape::Everywhere).then(|| self.at(0.0))
     }
 
+    /// Whether a path is to lose what is absorbed by weight and not by chance: where the albedo varies by itself and has a colour, chances of
+    /// one lane are bad ones for the others.
+    #[inline]
+    pub fn absorbs_by_weight(&self) -> bool {
+        matches!(self.built.shape, BuiltShape::Fields(_))
+    }
+
     /// The transmittance up to the distance `t_max`, where it is known without tracking: in media that are the same everywhere.
     #[inline]
     pub fn transmittance(&self, t_max: f32) -> Option<Lanes> {

@@ -5,6 +5,7 @@
 
 mod around;
 mod cloud;
+mod fields;
 mod flight;
 mod grid;
 mod majorant;
@@ -15,12 +16,13 @@ mod tests;
 pub use flight::{Collision, FreeFlight};
 
 use super::surface::HitShape;
-use super::{Hit, Surface, TextureContext, World};
+use super::{Hit, Shading, Surface, TextureContext, World};
 use crate::medium::{Cloud, Glow, Medium, Phase, Volume};
-use crate::{Error, Handle, Ior, Primitive, Scattering, Scene};
+use crate::{Error, Handle, Ior, Material, Primitive, Scattering, Scene};
+use fields::BuiltFields;
 use majorant::{MajorantGrid, Majorants};
 use rgb_grid::BuiltRgbGrid;
-use steradian_bsdf::{HenyeyGreenstein, PhaseFunction, PhaseMix, Rayleigh, TabulatedPhase};
+use steradian_bsdf::{HenyeyGreenstein, PhaseFunction, PhaseMix, Rayleigh, Straight, TabulatedPhase};
 use steradian_math::{Bounds3, Point3, Ray, Transform, Vec3};
 use steradian_spectrum::{Lanes, Spectrum, SpectrumUse, Wavelengths, planck};
 
@@ -51,6 +53,8 @@ enum BuiltShape {
     Density(MajorantGrid),
     /// Coefficients on a grid.
     Rgb(BuiltRgbGrid),
+    /// Extinction and albedo, each by itself.
+    Fields(BuiltFields),
 }
 
 /// A medium at a point.
@@ -121,7 +125,11 @@ fn varies(eta: &Ior) -> bool {
 
 impl BuiltMedium {
     fn is_coloured(&self) -> bool {
-        matches!(self.shape, BuiltShape::Rgb(_)) || !self.sigma_a.is_constant() || !self.sigma_s.is_constant()
+        match &self.shape {
+            BuiltShape::Rgb(_) => true,
+            BuiltShape::Fields(fields) => fields.coloured,
+            _ => !self.sigma_a.is_constant() || !self.sigma_s.is_constant(),
+        }
     }
 
     fn new(medium: &Medium, used: bool) -> Self {
@@ -133,6 +141,8 @@ impl BuiltMedium {
             | Volume::Sparse { coefficients, .. } => (scaled(&coefficients.sigma_a), scaled(&coefficients.sigma_s)),
             Volume::Cloud(c) => (scaled(&c.coefficients.sigma_a), scaled(&c.coefficients.sigma_s)),
             Volume::RgbGrid(_) => (constant(medium.scale), constant(medium.scale)),
+            // They stand for extinction and albedo.
+            Volume::Fields(f) => (scaled(&f.sigma_t.factor()), f.albedo.factor().tabulated()),
         };
         let (emission, shape) = match &medium.volume {
             _ if !used => (None, BuiltShape::Everywhere),
@@ -159,6 +169,7 @@ impl BuiltMedium {
             }
             Volume::Cloud(cloud) => (None, BuiltShape::Cloud(cloud.clone())),
             Volume::RgbGrid(grid) => (None, BuiltShape::Rgb(BuiltRgbGrid::new(grid))),
+            Volume::Fields(fields) => (None, BuiltShape::Fields(BuiltFields::new(fields))),
         };
         Self {
             phases: medium.phase.leaves().into_iter().filter_map(built_phase).collect(),
@@ -217,6 +228,9 @@ impl<'w> MediumRay<'w> {
         let p = self.local.at(t);
         let (density, factor) = match (&self.built.shape, &self.medium.volume) {
             (BuiltShape::Rgb(grid), _) => return grid.at(p, self.sigma_a, self.sigma_s, &self.wavelengths),
+            (BuiltShape::Fields(built), Volume::Fields(fields)) => {
+                return built.at(fields, p, [self.sigma_a, self.sigma_s], &self.wavelengths);
+            }
             (BuiltShape::Cloud(cloud), _) => (cloud.density_at(p), Lanes::ZERO),
             (BuiltShape::Density(_), Volume::Grid { density, bounds, glow, .. }) => {
                 let q = bounds.offset(p);
@@ -245,6 +259,7 @@ impl<'w> MediumRay<'w> {
             BuiltShape::Cloud(cloud) => clip(&cloud.bounds).map_or(Majorants::Done, |(a, b)| Majorants::whole(a, b)),
             BuiltShape::Density(grid) => grid.along(&self.local, t_max),
             BuiltShape::Rgb(grid) => grid.majorants.along(&self.local, t_max),
+            BuiltShape::Fields(fields) => fields.majorants.along(&self.local, t_max),
         }
     }
 
@@ -254,6 +269,8 @@ impl<'w> MediumRay<'w> {
         match self.built.shape {
             // Absorption and scattering are bounded together; both have the same factor.
             BuiltShape::Rgb(_) => self.sigma_a,
+            // The extinction is what is bounded.
+            BuiltShape::Fields(_) => self.sigma_a,
             _ => self.sigma_a + self.sigma_s,
         }
     }
@@ -301,6 +318,20 @@ impl World {
         };
         let record = &group.primitives[primitive as usize];
         matches!(self.scene.materials[record.material].scattering, Scattering::Interface)
+    }
+
+    /// What gets through a surface that a ray has hit without being turned; `None` where that is no pane.
+    pub fn straight(&self, ray: &Ray, hit: &Hit, w: &Wavelengths) -> Option<Straight> {
+        let mut surface = self.surface(ray, hit);
+        let scattering = |m: Handle<Material>| &self.scene.materials[m].scattering;
+        match scattering(self.material(&surface)) {
+            Scattering::ThinDielectric { .. } => {}
+            Scattering::Altered { interface, .. }
+                if matches!(scattering(*interface), Scattering::ThinDielectric { .. }) => {}
+            _ => return None,
+        }
+        let Shading { frame, bsdf } = self.shading(&mut surface, ray, None, &mut w.clone())?;
+        bsdf.straight(frame.to_local(surface.wo))
     }
 
     /// The phase function of a medium at a point.
@@ -363,6 +394,7 @@ impl World {
         let built = |m: &BuiltMedium| match &m.shape {
             BuiltShape::Density(grid) => grid.bytes(),
             BuiltShape::Rgb(grid) => grid.bytes(),
+            BuiltShape::Fields(fields) => fields.bytes(),
             BuiltShape::Everywhere | BuiltShape::Cloud(_) => 0,
         };
         let stated = |m: &Medium| match &m.volume {
@@ -372,6 +404,7 @@ impl World {
                 let all = g.sigma_a.iter().chain(&g.sigma_s).chain(g.emission.iter().map(|e| &e.0));
                 all.map(|v| size_of_val(v.values.as_slice())).sum()
             }
+            Volume::Fields(fields) => fields.bytes(),
             Volume::Sparse { density, .. } => density.bytes(),
         };
         self.media.iter().map(built).sum::<usize>() + self.scene.media.iter().map(stated).sum::<usize>()

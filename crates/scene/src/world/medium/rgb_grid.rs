@@ -3,6 +3,7 @@
 use super::MediumPoint;
 use super::majorant::MajorantGrid;
 use crate::medium::{RgbGrid, VoxelGrid};
+use std::ops::{Add, Mul};
 use steradian_math::{Bounds3, Point3};
 use steradian_spectrum::{ColorSpace, Lanes, Sigmoid, SpectrumUse, Wavelengths};
 
@@ -20,14 +21,39 @@ pub(super) struct BuiltRgbGrid {
 
 /// A smooth spectrum, and what it is in RGB mode.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
+pub(super) struct Cell {
     scale: f32,
     sigmoid: Sigmoid,
     rgb: [f32; 3],
 }
 
+/// A spectrum and its factor.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tinted {
+    pub hue: Lanes,
+    pub amount: f32,
+}
+
+impl Add for Tinted {
+    type Output = Tinted;
+
+    #[inline]
+    fn add(self, b: Tinted) -> Tinted {
+        Tinted { hue: self.hue + b.hue, amount: self.amount + b.amount }
+    }
+}
+
+impl Mul<f32> for Tinted {
+    type Output = Tinted;
+
+    #[inline]
+    fn mul(self, s: f32) -> Tinted {
+        Tinted { hue: self.hue * s, amount: self.amount * s }
+    }
+}
+
 impl Cell {
-    fn new(space: ColorSpace, usage: SpectrumUse, rgb: [f32; 3]) -> Self {
+    pub fn new(space: ColorSpace, usage: SpectrumUse, rgb: [f32; 3]) -> Self {
         // Half of what a sigmoid can reach, where it is smoothest.
         let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
         let sigmoid = if scale > 0.0 { space.to_coefficients(rgb.map(|v| v / scale)) } else { Sigmoid([0.0; 3]) };
@@ -39,11 +65,25 @@ impl Cell {
     }
 
     #[inline]
-    fn eval(&self, w: &Wavelengths) -> Lanes {
+    pub fn eval(&self, w: &Wavelengths) -> Lanes {
         if w.is_rgb() { Lanes::from_rgb(self.rgb) } else { self.sigmoid.eval(w.lambda()) * self.scale }
     }
 
-    fn most(&self) -> f32 {
+    /// A spectrum of at most one and its factor, which Mitsuba interpolates each on its own.
+    #[inline]
+    pub fn tinted(&self, w: &Wavelengths) -> Tinted {
+        Tinted { hue: self.sigmoid.eval(w.lambda()), amount: self.scale }
+    }
+
+    pub fn most_hue(&self) -> f32 {
+        self.sigmoid.max_value()
+    }
+
+    pub fn amount(&self) -> f32 {
+        self.scale
+    }
+
+    pub fn most(&self) -> f32 {
         (self.sigmoid.max_value() * self.scale).max(Lanes::from_rgb(self.rgb).max_component())
     }
 }

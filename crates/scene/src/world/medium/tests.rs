@@ -2,7 +2,10 @@
 
 use super::majorant::{MajorantGrid, Segment};
 use super::*;
-use crate::{Coefficients, FilmSettings, IntegratorKind, IntegratorSettings, RenderSettings, SparseGrid, VoxelGrid};
+use crate::{
+    Coefficients, Field, Fields, FilmSettings, GridTexture, IntegratorKind, IntegratorSettings, RenderSettings,
+    SparseGrid, VoxelGrid,
+};
 use steradian_testkit::{ChiSquareTest, TestRng, z_test};
 
 /// False alarms of each test of this file.
@@ -45,6 +48,26 @@ fn lumpy_world() -> World {
     world(volume, Transform::rotate(33.0, Vec3::new(1.0, 2.0, 3.0)).expect("an axis"))
 }
 
+/// Extinction and albedo on grids of different sizes and places, in a part of both.
+fn fields_world() -> World {
+    let turned = Transform::rotate(20.0, Vec3::new(1.0, 0.0, 2.0)).expect("an axis");
+    let place = Transform::scale(0.5, 0.4, 0.3).expect("no zero").mul(&Transform::translate(Vec3::splat(1.0)));
+    let grid = |size: [u32; 3], channels: usize, texture_from_world, values: Vec<f32>| {
+        Field::Grid(GridTexture {
+            texture_from_world,
+            size,
+            channels,
+            values,
+            wrap: steradian_image::Wrap::Clamp,
+            nearest: false,
+        })
+    };
+    let bounds = Bounds3::new(Point3::new(-0.9, -0.8, -1.1), Point3::splat(0.7));
+    let sigma_t = grid([5, 4, 3], 1, place.mul(&turned), lumpy().0.values.iter().map(|v| 1.5 * v).collect());
+    let albedo = grid([2, 1, 2], 3, place, (0..12).map(|i| i as f32 / 11.0).collect());
+    world(Volume::Fields(Fields { bounds, sigma_t, albedo }), Transform::IDENTITY)
+}
+
 fn ray(w: &World) -> MediumRay<'_> {
     let d = Vec3::new(0.3, -0.2, 1.0).normalize();
     let medium = w.camera_medium().expect("the camera is inside");
@@ -67,7 +90,7 @@ fn free_flight(ray: MediumRay<'_>, t_max: f32, rng: &mut TestRng) -> Option<f32>
 /// The extinction along the ray: nothing outside the box.
 fn extinction(ray: &MediumRay<'_>, t: f32) -> f32 {
     let inside = match &ray.medium.volume {
-        Volume::Grid { bounds, .. } => bounds.contains(ray.local.at(t)),
+        Volume::Grid { bounds, .. } | Volume::Fields(Fields { bounds, .. }) => bounds.contains(ray.local.at(t)),
         _ => true,
     };
     let p = ray.at(t);
@@ -88,8 +111,12 @@ fn optical_depths(ray: MediumRay<'_>, t_max: f32, steps: usize) -> Vec<f64> {
 
 #[test]
 fn distances_are_distributed_as_extinction_demands() {
-    let w = lumpy_world();
-    let ray = ray(&w);
+    for w in [lumpy_world(), fields_world()] {
+        check_distances(ray(&w));
+    }
+}
+
+fn check_distances(ray: MediumRay<'_>) {
     const T_MAX: f32 = 4.0;
     let depths = optical_depths(ray, T_MAX, 4000);
     let density = |x: f32| {
@@ -99,6 +126,28 @@ fn distances_are_distributed_as_extinction_demands() {
     let test = ChiSquareTest { columns: 64, rows: 1, samples: 60_000, tolerance: 1e-5, ..ChiSquareTest::default() };
     let sample = |rng: &mut TestRng| Some([free_flight(ray, T_MAX, rng)? / T_MAX, rng.f32()]);
     test.square("free flight", sample, |p| density(p[0]) as f32).assert(ALARM);
+}
+
+#[test]
+fn extinction_and_albedo_are_looked_up_each_on_its_own() {
+    let fields = |values: [f32; 2]| {
+        Field::Grid(GridTexture {
+            texture_from_world: Transform::IDENTITY,
+            size: [2, 1, 1],
+            channels: 1,
+            values: values.to_vec(),
+            wrap: steradian_image::Wrap::Clamp,
+            nearest: false,
+        })
+    };
+    let bounds = Bounds3::new(Point3::default(), Point3::splat(1.0));
+    let (sigma_t, albedo) = (fields([4.0, 0.0]), fields([0.0, 0.5]));
+    let w = world(Volume::Fields(Fields { bounds, sigma_t, albedo }), Transform::IDENTITY);
+    let medium = w.camera_medium().expect("the camera is inside");
+    let d = Vec3::new(1.0, 0.0, 0.0);
+    // Half-way between the cells' centres: twice a quarter, where the product of both is nothing in either cell.
+    let p = w.medium_ray(medium, Point3::new(0.25, 0.5, 0.5), d, &Wavelengths::fixed()).at(0.25);
+    assert!((p.sigma_s[0] - 0.5).abs() < 1e-6 && (p.sigma_a[0] - 1.5).abs() < 1e-6, "{p:?}");
 }
 
 #[test]
