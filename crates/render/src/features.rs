@@ -130,13 +130,11 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
     }
 }
 
-/// The filter's weight of one sample, and what it sees: the hit, its albedo as a colour, and its slope.
-fn sample(
-    pixels: &PixelSampler,
-    sampler: &mut Sampler,
-    pixel: [u32; 2],
-    index: u32,
-) -> (f32, Option<(FirstHit, [f32; 3], [f32; 2])>) {
+/// What one sample sees: the hit, its albedo as a colour, and its slope.
+type SeenAt = (FirstHit, [f32; 3], [f32; 2]);
+
+/// The filter's weight of one sample, and what it sees.
+fn sample(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], index: u32) -> (f32, Option<SeenAt>) {
     let (world, settings) = (pixels.world, pixels.world.settings());
     sampler.start(pixel, index, 0);
     let position = sampler.pixel_2d();
