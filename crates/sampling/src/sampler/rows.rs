@@ -282,7 +282,7 @@ mod tests {
                     let samples: Vec<_> = (0..ROW as u32)
                         .map(|i| SamplePlace {
                             pixel: [first + i / 16 * step, first / 2 + i % 3 * step],
-                            sample: i % spp.min(7) as u32,
+                            sample: i % spp.min(7),
                             dimension: 9,
                         })
                         .collect();

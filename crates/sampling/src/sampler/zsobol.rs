@@ -294,7 +294,7 @@ mod tests {
         let mut seen = std::collections::BTreeSet::new();
         for which in 0..24 {
             // Three ways to make pairs, eight to flip.
-            let hash = (which / 8) * 0x5556_0000 | which % 8;
+            let hash = ((which / 8) * 0x5556_0000) | (which % 8);
             let row: Vec<u32> = (0..4).map(|d| permute_base_4(d, hash)).collect();
             let mut sorted = row.clone();
             sorted.sort_unstable();
