@@ -14,6 +14,7 @@ mod materials;
 mod meshes;
 mod meshopt;
 mod nodes;
+mod patches;
 mod skins;
 mod tangents;
 mod textures;
