@@ -12,6 +12,7 @@
 //!
 //! The library starts no threads: a build runs in parallel only when it is called from inside a rayon pool.
 
+mod box_ray;
 mod build;
 mod collapse;
 mod error;
@@ -21,6 +22,7 @@ mod stack;
 mod traverse;
 mod validate;
 
+pub use box_ray::BoxRay;
 pub use build::{BuildOptions, Primitive};
 pub use error::{BuildError, InvalidBvh};
 pub use fearless_simd;

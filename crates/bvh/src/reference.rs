@@ -2,6 +2,7 @@
 
 use steradian_math::{Bounds3, Ray, gamma};
 
+use crate::box_ray::is_traceable;
 use crate::node::ChildRef;
 use crate::{Bvh, Leaf, WIDTH};
 
@@ -22,13 +23,6 @@ pub(crate) fn box_entry(bounds: &Bounds3, ray: &Ray, t_max: f32) -> Option<f32> 
         far = if b < far { b } else { far };
     }
     (near <= far * GROW).then_some(near)
-}
-
-/// Whether a ray is one that can be traced: finite origin, finite direction that is not null, positive length.
-#[inline]
-pub(crate) fn is_traceable(ray: &Ray) -> bool {
-    let d = ray.d;
-    ray.o.is_finite() && d.is_finite() && (d.x != 0.0 || d.y != 0.0 || d.z != 0.0) && ray.t_max >= 0.0
 }
 
 impl Bvh {

@@ -7,9 +7,9 @@ use fearless_simd::{Simd, dispatch, f32x8};
 use steradian_math::Ray;
 
 use crate::node::{ChildRef, Node};
-use crate::reference::{GROW, is_traceable};
+use crate::reference::GROW;
 use crate::stack::Stack;
-use crate::{Bvh, Leaf};
+use crate::{BoxRay, Bvh, Leaf};
 
 /// What happens at a leaf.
 ///
@@ -67,13 +67,25 @@ impl Bvh {
     /// As [`Bvh::closest`], with a visitor compiled for each instruction set; true if the visitor broke off.
     #[inline]
     pub fn visit_nearest<V: Visitor>(&self, ray: &Ray, visitor: &mut V) -> bool {
-        dispatch!(self.level, simd => traverse::<_, V, true>(simd, self, ray, visitor))
+        dispatch!(self.level, simd => self.visit_nearest_in(simd, &BoxRay::new(ray), visitor))
     }
 
     /// As [`Bvh::any`], with a visitor compiled for each instruction set; true if the visitor broke off.
     #[inline]
     pub fn visit_any<V: Visitor>(&self, ray: &Ray, visitor: &mut V) -> bool {
-        dispatch!(self.level, simd => traverse::<_, V, false>(simd, self, ray, visitor))
+        dispatch!(self.level, simd => self.visit_any_in(simd, &BoxRay::new(ray), visitor))
+    }
+
+    /// As [`Bvh::visit_nearest`], for callers that trace many rays with one SIMD token.
+    #[inline(always)]
+    pub fn visit_nearest_in<S: Simd, V: Visitor>(&self, simd: S, ray: &BoxRay, visitor: &mut V) -> bool {
+        traverse::<_, V, true>(simd, self, ray, visitor)
+    }
+
+    /// As [`Bvh::visit_any`], for callers that trace many rays with one SIMD token.
+    #[inline(always)]
+    pub fn visit_any_in<S: Simd, V: Visitor>(&self, simd: S, ray: &BoxRay, visitor: &mut V) -> bool {
+        traverse::<_, V, false>(simd, self, ray, visitor)
     }
 }
 
@@ -102,12 +114,12 @@ struct Slabs<S: Simd> {
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
-    fn new(simd: S, ray: &Ray) -> Self {
-        let (o, d) = (ray.o, ray.d);
+    fn new(simd: S, ray: &BoxRay) -> Self {
+        let inverse = ray.inverse.to_array();
         Self {
-            origin: [o.x, o.y, o.z].map(|x| f32x8::splat(simd, x)),
-            inverse: [d.x, d.y, d.z].map(|x| f32x8::splat(simd, 1.0 / x)),
-            negative: [d.x, d.y, d.z].map(f32::is_sign_negative),
+            origin: ray.o.to_array().map(|x| f32x8::splat(simd, x)),
+            inverse: inverse.map(|x| f32x8::splat(simd, x)),
+            negative: inverse.map(f32::is_sign_negative),
             zero: f32x8::splat(simd, 0.0),
             grow: f32x8::splat(simd, GROW),
         }
@@ -148,9 +160,9 @@ fn take(bits: &mut u32) -> usize {
 }
 
 #[inline(always)]
-fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &Ray, visitor: &mut V) -> bool {
+fn traverse<S: Simd, V: Visitor, const NEAREST: bool>(simd: S, bvh: &Bvh, ray: &BoxRay, visitor: &mut V) -> bool {
     let nodes = bvh.nodes.as_slice();
-    if nodes.is_empty() || !is_traceable(ray) {
+    if nodes.is_empty() || !ray.traceable {
         return false;
     }
     let slabs = Slabs::new(simd, ray);

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::{Level, Simd, dispatch};
 use steradian_bvh::fearless_simd;
 use steradian_bvh::{BuildError, BuildOptions, Bvh, Leaf, Node, Primitive, Visitor};
 use steradian_math::{Bounds3, Point3, Ray, next_down};
 
 use crate::block::{FILTERED, LANES, TriangleBlock};
-use crate::{NoTally, ShearedRay, Tally, Triangle};
+use crate::{NoTally, RayRows, ShearedRay, Tally, Triangle};
 
 const TRIANGLE: u8 = 0;
 const OTHER: u8 = 1;
@@ -47,6 +47,19 @@ pub struct AccelHit {
     pub id: u32,
     /// Which kind.
     pub kind: HitKind,
+}
+
+impl AccelHit {
+    /// No hit yet, on a ray of this length.
+    #[inline(always)]
+    fn none(t_max: f32) -> Self {
+        Self { t: t_max, b1: 0.0, b2: 0.0, id: u32::MAX, kind: HitKind::Other }
+    }
+
+    #[inline(always)]
+    fn if_any(self) -> Option<Self> {
+        (self.id != u32::MAX).then_some(self)
+    }
 }
 
 /// Why an [`Accel`] cannot be built.
@@ -226,10 +239,51 @@ impl Accel {
         filter: impl FnMut(u32, f32, f32, f32) -> bool,
         tally: &impl Tally,
     ) -> Option<AccelHit> {
-        let best = AccelHit { t: ray.t_max, b1: 0.0, b2: 0.0, id: u32::MAX, kind: HitKind::Other };
+        let best = AccelHit::none(ray.t_max);
         let mut closest = Closest { accel: self, ray: *ray, sheared: ShearedRay::new(ray), best, other, filter, tally };
         self.bvh.visit_nearest(ray, &mut closest);
-        (closest.best.id != u32::MAX).then_some(closest.best)
+        closest.best.if_any()
+    }
+
+    /// As [`Accel::closest`] for many rays, which have been [prepared](RayRows::prepare); `found` is told the answer of each, in their order.
+    #[inline]
+    pub fn closest_rows(
+        &self,
+        rays: &RayRows,
+        mut other: impl FnMut(u32, &Ray) -> Option<f32>,
+        mut filter: impl FnMut(u32, f32, f32, f32) -> bool,
+        mut found: impl FnMut(usize, Option<AccelHit>),
+    ) {
+        dispatch!(self.level(), simd => {
+            for i in 0..rays.len() {
+                let ray = rays.ray(i);
+                let best = AccelHit::none(ray.t_max);
+                let (other, filter) = (&mut other, &mut filter);
+                let mut closest = Closest { accel: self, ray, sheared: rays.sheared(i), best, other, filter, tally: &NoTally };
+                self.bvh.visit_nearest_in(simd, &rays.box_ray(i), &mut closest);
+                found(i, closest.best.if_any());
+            }
+        });
+    }
+
+    /// As [`Accel::any`] for many rays, which have been [prepared](RayRows::prepare): bit `i` of the result answers ray `i`.
+    #[inline]
+    pub fn any_rows(
+        &self,
+        rays: &RayRows,
+        mut other: impl FnMut(u32, &Ray) -> bool,
+        mut filter: impl FnMut(u32, f32, f32, f32) -> bool,
+    ) -> u64 {
+        dispatch!(self.level(), simd => {
+            let mut occluded = 0;
+            for i in 0..rays.len() {
+                let ray = &rays.ray(i);
+                let (other, filter) = (&mut other, &mut filter);
+                let mut any = Any { accel: self, ray, sheared: rays.sheared(i), other, filter, tally: &NoTally };
+                occluded |= u64::from(self.bvh.visit_any_in(simd, &rays.box_ray(i), &mut any)) << i;
+            }
+            occluded
+        })
     }
 
     /// Whether anything is hit with `0 < t <= ray.t_max`. `other` and `filter` as in [`Accel::closest`], except that

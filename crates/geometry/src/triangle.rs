@@ -1,6 +1,6 @@
 //! Triangles: watertight intersection (Woop, Benthin and Wald 2013; PBRT 4th ed., 6.5.3 and 6.8.7).
 
-use steradian_math::{Bounds3, Point3, Ray, gamma};
+use steradian_math::{Bounds3, Point3, Ray, Vec3, gamma};
 
 /// A triangle by its vertices, in counter-clockwise order seen from the side the normal points to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,22 +31,38 @@ pub struct ShearedRay {
     pub(crate) s: [f32; 3],
 }
 
+/// The order of axes for each fastest one.
+pub(crate) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 impl ShearedRay {
     /// Prepares a ray; its direction must not be null.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let a = ray.d.abs();
-        let axes = if a.x > a.y && a.x > a.z {
-            [1, 2, 0]
-        } else if a.y > a.z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
-        let d = ray.d.to_array();
+        let (major, shear) = Self::shear(ray.d);
         let o = ray.o.to_array();
-        let (dx, dy, dz) = (d[axes[0]], d[axes[1]], d[axes[2]]);
-        Self { axes, o: axes.map(|k| o[k]), s: [-dx / dz, -dy / dz, 1.0 / dz] }
+        let axes = AXES[major as usize % 3];
+        Self { axes, o: axes.map(|k| o[k]), s: shear.to_array() }
+    }
+
+    /// The axis along which a direction runs fastest, and the shear. Without branches, so that loops over rows can be vectors.
+    #[inline(always)]
+    pub(crate) fn shear(d: Vec3) -> (u32, Vec3) {
+        let a = d.abs();
+        let x = (a.x > a.y) & (a.x > a.z);
+        let major = if x { 0 } else { 2 - u32::from(a.y > a.z) };
+        let d = Self::turned(major, d);
+        (major, Vec3::new(-d.x / d.z, -d.y / d.z, 1.0 / d.z))
+    }
+
+    /// A triple in the order of [`AXES`].
+    #[inline(always)]
+    pub(crate) fn turned(major: u32, v: Vec3) -> Vec3 {
+        let [x, y] = [major == 0, major == 1];
+        let pick = |of_x: f32, of_y: f32, of_z: f32| {
+            let rest = if y { of_y } else { of_z };
+            if x { of_x } else { rest }
+        };
+        Vec3::new(pick(v.y, v.z, v.x), pick(v.z, v.x, v.y), pick(v.x, v.y, v.z))
     }
 }
 

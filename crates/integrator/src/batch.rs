@@ -9,6 +9,7 @@ use crate::path::{Path, Walk};
 use crate::record::{self, RayKind, Record};
 use fearless_simd::{Level, dispatch};
 use steradian_bsdf::{RoughConductor, TrowbridgeReitz};
+use steradian_geometry::RayRows;
 use steradian_math::{INV_PI, Point2, ROW, Ray, Row, Rows3, offset_ray_origin, row_end};
 use steradian_sampling::mis::power_weight;
 use steradian_sampling::sampler::{SamplePlace, Sampler};
@@ -38,6 +39,7 @@ pub struct Batch {
     level: Level,
     lanes: Vec<Lane>,
     alive: Vec<u32>,
+    rays: RayRows,
     hits: Vec<Option<Hit>>,
     plain_hits: Vec<Option<PlainHit>>,
     /// Of paths that meet matte surfaces, and metals.
@@ -76,6 +78,9 @@ struct Rows {
     lit: Row<u32>,
     shadow_o: Rows3,
     shadow_d: Rows3,
+    /// Those of them that are asked, and where in the rows they stand.
+    shadow_rays: RayRows,
+    asked: Vec<u32>,
     /// The next direction.
     wi: Rows3,
     o: Rows3,
@@ -94,6 +99,7 @@ impl Batch {
             level: world.level(),
             lanes: Vec::new(),
             alive: Vec::new(),
+            rays: RayRows::default(),
             hits: Vec::new(),
             plain_hits: Vec::new(),
             rows: Default::default(),
@@ -184,8 +190,9 @@ impl Batch {
         self.rows.iter_mut().for_each(|rows| rows.lanes.clear());
         self.escaped.lanes.clear();
         self.hits.clear();
-        let hit = |&lane: &u32| record::intersect(world, &self.lanes[lane as usize].walk.ray, record);
-        self.hits.extend(paths.iter().map(hit));
+        self.rays.clear();
+        paths.iter().for_each(|&lane| self.rays.push(&self.lanes[lane as usize].walk.ray));
+        record::intersect_rows(world, &mut self.rays, &mut self.hits, record);
         let plain_hit = |hit: &Option<Hit>| world.plain_triangle(&self.plain, hit.as_ref()?);
         self.plain_hits.clear();
         self.plain_hits.extend(self.hits.iter().map(plain_hit));
@@ -315,20 +322,22 @@ impl Rows {
         let points = (self.contexts.as_slice(), &self.points);
         world.sample_lights(level, points, &u_light[0], u_point, wavelengths, &mut self.lights);
         dispatch!(level, _simd => self.connect::<METAL>(n));
-        for i in 0..n {
-            if self.lit.0[i] == 0 {
-                continue;
-            }
-            let walk = &mut lanes[of(self.lanes[i])].walk;
-            let (o, time) = (self.shadow_o.point(i), walk.ray.time);
-            let ray = if self.lights.infinite.0[i] != 0 {
+        self.shadow_rays.clear();
+        self.asked.clear();
+        for i in (0..n).filter(|&i| self.lit.0[i] != 0) {
+            let (o, time) = (self.shadow_o.point(i), lanes[of(self.lanes[i])].walk.ray.time);
+            self.shadow_rays.push(&if self.lights.infinite.0[i] != 0 {
                 Ray::new(o, self.lights.wi.vec(i), time)
             } else {
                 Ray { o, d: self.shadow_d.vec(i), t_max: Ray::MOST_OF_THE_WAY, time }
-            };
+            });
+            self.asked.push(i as u32);
             record.ray(RayKind::Shadow);
-            if !record::occluded(world, &ray, record) {
-                walk.radiance += self.direct.get(i);
+        }
+        let occluded = record::occluded_rows(world, &mut self.shadow_rays, record);
+        for (k, &i) in self.asked.iter().enumerate() {
+            if occluded >> k & 1 == 0 {
+                lanes[of(self.lanes[i as usize])].walk.radiance += self.direct.get(i as usize);
             }
         }
         dispatch!(level, _simd => self.reflect::<METAL>(n));

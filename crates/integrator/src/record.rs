@@ -1,7 +1,7 @@
 //! What an integrator tells about a path while it traces it: counters, the path itself. Costs nothing when off.
 
 use steradian_bsdf::Bsdf;
-use steradian_geometry::TestCounts;
+use steradian_geometry::{RayRows, TestCounts};
 use steradian_math::{Frame, Normal3, Point3, Ray, Vec3};
 use steradian_scene::{Hit, Surface, World};
 use steradian_spectrum::Lanes;
@@ -161,6 +161,32 @@ pub(crate) fn occluded<R: Record>(world: &World, ray: &Ray, record: &mut R) -> b
     let found = world.occluded_counted(ray, &counts);
     record.tests(counts.boxes(), counts.primitives());
     found
+}
+
+/// [`intersect`] for all rays of a row; appends the answers to `hits`.
+#[inline]
+pub(crate) fn intersect_rows<R: Record>(
+    world: &World,
+    rays: &mut RayRows,
+    hits: &mut Vec<Option<Hit>>,
+    record: &mut R,
+) {
+    if R::TESTS {
+        hits.extend((0..rays.len()).map(|i| intersect(world, &rays.ray(i), record)));
+    } else {
+        rays.prepare(world.level());
+        world.intersect_rows(rays, hits);
+    }
+}
+
+/// [`occluded`] for all rays of a row: bit `i` answers ray `i`.
+#[inline]
+pub(crate) fn occluded_rows<R: Record>(world: &World, rays: &mut RayRows, record: &mut R) -> u64 {
+    if R::TESTS {
+        return (0..rays.len()).fold(0, |bits, i| bits | u64::from(occluded(world, &rays.ray(i), record)) << i);
+    }
+    rays.prepare(world.level());
+    world.occluded_rows(rays)
 }
 
 /// Nothing is recorded.

@@ -90,8 +90,11 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
     let mut sum = Features::default();
     let mut objects: BTreeMap<(u32, u32), f32> = BTreeMap::new();
     let mut materials: BTreeMap<u32, f32> = BTreeMap::new();
+    let mut total = 0.0;
     for index in 0..spp {
-        let Some((hit, albedo, slope, weight)) = sample(pixels, sampler, pixel, index) else { continue };
+        let (weight, seen) = sample(pixels, sampler, pixel, index);
+        total += weight;
+        let Some((hit, albedo, slope)) = seen else { continue };
         sum.alpha += weight;
         sum.depth += hit.depth * weight;
         for c in 0..3 {
@@ -109,10 +112,11 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
         *objects.entry((hit.object.0.map_or(0, |i| i + 1), hit.object.1)).or_default() += weight;
         *materials.entry(hit.material.index() as u32).or_default() += weight;
     }
-    let all = 1.0 / spp as f32;
+    // By what all weights amount to, as in the picture: what fills a pixel has an alpha of one.
+    let all = if total != 0.0 { 1.0 / total } else { 0.0 };
     let seen = if sum.alpha > 0.0 { 1.0 / sum.alpha } else { 0.0 };
     Features {
-        alpha: (sum.alpha * all).clamp(0.0, 1.0),
+        alpha: if sum.alpha == total { 1.0 } else { (sum.alpha * all).clamp(0.0, 1.0) },
         albedo: sum.albedo.map(|v| v * all),
         normal: sum.normal.map(|v| v * all),
         geometric: sum.geometric.map(|v| v * all),
@@ -126,13 +130,11 @@ fn pixel(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], spp: u32
     }
 }
 
-/// What one sample sees, its albedo as a colour, its slope, and the filter's weight.
-fn sample(
-    pixels: &PixelSampler,
-    sampler: &mut Sampler,
-    pixel: [u32; 2],
-    index: u32,
-) -> Option<(FirstHit, [f32; 3], [f32; 2], f32)> {
+/// What one sample sees: the hit, its albedo as a colour, and its slope.
+type SeenAt = (FirstHit, [f32; 3], [f32; 2]);
+
+/// The filter's weight of one sample, and what it sees.
+fn sample(pixels: &PixelSampler, sampler: &mut Sampler, pixel: [u32; 2], index: u32) -> (f32, Option<SeenAt>) {
     let (world, settings) = (pixels.world, pixels.world.settings());
     sampler.start(pixel, index, 0);
     let position = sampler.pixel_2d();
@@ -151,9 +153,11 @@ fn sample(
     let time = if world.has_motion() { sampler.next_1d() } else { 0.5 };
     let camera_sample = CameraSample { film, lens, time };
     let ray = world.camera_ray(&camera_sample);
-    let hit = first_hit(world, &ray, &mut wavelengths)?;
-    let slope = slope(world, &camera_sample, &ray.ray, &hit);
-    Some((hit, settings.film.color_space.reflectance_rgb(hit.albedo, &wavelengths), slope, weight))
+    let seen = first_hit(world, &ray, &mut wavelengths).map(|hit| {
+        let slope = slope(world, &camera_sample, &ray.ray, &hit);
+        (hit, settings.film.color_space.reflectance_rgb(hit.albedo, &wavelengths), slope)
+    });
+    (weight, seen)
 }
 
 /// How much farther away the plane of a surface is along the view axis one pixel to the right and one down: where the rays there meet it;

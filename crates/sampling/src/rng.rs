@@ -28,6 +28,16 @@ pub const fn mix_bits(mut v: u64) -> u64 {
     v ^ (v >> 31)
 }
 
+/// A bijection of 32-bit integers, as [`mix_bits`] for half as many (constants of Wellons' search, "lowbias32").
+#[inline(always)]
+pub const fn mix_bits_32(mut v: u32) -> u32 {
+    v ^= v >> 16;
+    v = v.wrapping_mul(0x7feb_352d);
+    v ^= v >> 15;
+    v = v.wrapping_mul(0x846c_a68b);
+    v ^ (v >> 16)
+}
+
 /// Joins a hash and one more word into a new hash; the order of the words matters.
 #[inline(always)]
 pub const fn hash_combine(hash: u64, word: u64) -> u64 {

@@ -210,7 +210,7 @@ fn paint(
     let mut float = |v: f32| scene.float_textures.push(steradian_scene::FloatTexture(Texture::Constant(v)));
     let inputs = MetallicRoughnessInputs::plain(base, float(metallic), float(roughness));
     let scattering = Scattering::MetallicRoughness(Box::new(inputs));
-    scene.materials.push(Material { name: name.into(), scattering, displacement: None, normal_map: None })
+    scene.materials.push(Material { name: name.into(), scattering, displacement: None, normal_map: None, tilt: None })
 }
 
 fn read_ply(bytes: &[u8], path: &Path, diagnostics: &mut Vec<Diagnostic>) -> Result<Scene, String> {

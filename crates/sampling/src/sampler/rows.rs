@@ -1,9 +1,9 @@
 //! Numbers for many samples side by side: the same ones that each sample alone would have got.
 
 use super::pmj02bn::{dimension_hash, shuffled_in_prefixes};
-use super::zsobol::LowDigits;
+use super::zsobol::{LowDigits, permute_base_4};
 use super::{PaddedSobolSampler, Pmj02bnSampler, Randomization, SampleSource, Sampler, ZSobolSampler, pixel_hash};
-use crate::rng::{mix_bits, unit_f32};
+use crate::rng::{mix_bits, mix_bits_32, unit_f32};
 use crate::sequence::{laine_karras, pascal, pixel_net_bits};
 use fearless_simd::{Level, dispatch};
 use steradian_math::{ROW, Row, row_end};
@@ -47,21 +47,28 @@ impl Sampler {
     pub fn rows(&mut self, level: Level, samples: &[SamplePlace], offsets: &[u32], out: &mut [[Row; 2]]) {
         assert!(samples.len() <= ROW, "{} samples in a row", samples.len());
         let mut raw = Raw::default();
-        let mut words = Row::default();
-        let varying = match self {
-            Self::PaddedSobol(s) => s.keys(samples, &mut words),
-            Self::ZSobol(s) => s.mortons(samples, &mut words),
-            Self::Pmj02bn(_) => None,
-            other => panic!("{other:?} has no rows"),
-        };
-        for (&offset, out) in offsets.iter().zip(out) {
-            match self {
-                Self::PaddedSobol(s) => s.raw(level, samples, offset, &words, &mut raw),
-                Self::ZSobol(s) => s.raw(level, samples, offset, (&words, varying), &mut raw),
-                Self::Pmj02bn(s) => s.raw(level, samples, offset, &mut raw),
-                _ => {}
+        match self {
+            Self::PaddedSobol(sampler) => {
+                let keys = sampler.keys(samples);
+                for (&offset, out) in offsets.iter().zip(out) {
+                    sampler.raw(level, samples, offset, &keys, &mut raw);
+                    dispatch!(level, _simd => scramble(samples.len(), &raw, out));
+                }
             }
-            dispatch!(level, _simd => scramble(samples.len(), &raw, out));
+            Self::ZSobol(sampler) => {
+                let mortons = sampler.mortons(samples);
+                for (&offset, out) in offsets.iter().zip(out) {
+                    sampler.raw(level, samples, offset, &mortons, &mut raw);
+                    dispatch!(level, _simd => scramble(samples.len(), &raw, out));
+                }
+            }
+            Self::Pmj02bn(sampler) => {
+                for (&offset, out) in offsets.iter().zip(out) {
+                    sampler.raw(level, samples, offset, &mut raw);
+                    dispatch!(level, _simd => scramble(samples.len(), &raw, out));
+                }
+            }
+            other => panic!("{other:?} has no rows"),
         }
     }
 }
@@ -75,11 +82,12 @@ fn scramble(n: usize, raw: &Raw, out: &mut [Row; 2]) {
 }
 
 impl PaddedSobolSampler {
-    fn keys(&self, samples: &[SamplePlace], keys: &mut Row<u64>) -> Option<u64> {
+    fn keys(&self, samples: &[SamplePlace]) -> Row<u64> {
+        let mut keys = Row::default();
         for (i, s) in samples.iter().enumerate() {
             keys.0[i] = pixel_hash(s.pixel, self.seed());
         }
-        None
+        keys
     }
 
     fn raw(&self, level: Level, samples: &[SamplePlace], offset: u32, keys: &Row<u64>, raw: &mut Raw) {
@@ -101,49 +109,66 @@ fn shuffle(n: usize, keys: &Row<u64>, raw: &mut Raw) {
     }
 }
 
+/// Places on the curve of [`ZSobolSampler`].
+#[derive(Default)]
+struct Mortons {
+    /// The lower halves of the indices.
+    low: Row<u32>,
+    /// The upper half, which is the same everywhere, in its place.
+    high: u64,
+    /// Which bits vary, if all samples are of one round and stand at one dimension.
+    varying: Option<u64>,
+}
+
 impl ZSobolSampler {
-    /// The Morton indices, and which of their bits vary, if all samples are of one round and stand at one dimension.
-    fn mortons(&self, samples: &[SamplePlace], mortons: &mut Row<u64>) -> Option<u64> {
-        let first = samples.first()?;
-        let (morton, round) = self.place_on_curve(first.pixel, first.sample);
-        let (mut varying, mut alike) = (0, true);
+    fn mortons(&self, samples: &[SamplePlace]) -> Mortons {
+        let mut mortons = Mortons::default();
+        let Some(first) = samples.first() else { return mortons };
+        let mut pixel = first.pixel;
+        let (mut base, first_outside) = self.pixel_on_curve(pixel);
+        let (within, round) = self.in_round(first.sample);
+        let (morton, mut varying) = (base | within, 0);
+        let mut alike = true;
         for (i, s) in samples.iter().enumerate() {
-            let (m, r) = self.place_on_curve(s.pixel, s.sample);
-            mortons.0[i] = m;
-            varying |= m ^ morton;
-            alike &= r == round && s.dimension == first.dimension;
+            if s.pixel != pixel {
+                pixel = s.pixel;
+                let outside;
+                (base, outside) = self.pixel_on_curve(pixel);
+                alike &= outside == first_outside;
+            }
+            let (within, r) = self.in_round(s.sample);
+            mortons.low.0[i] = (base | within) as u32;
+            varying |= (base | within) ^ morton;
+            alike &= (r == round) & (s.dimension == first.dimension);
         }
-        alike.then_some(varying)
+        mortons.high = morton >> 32 << 32;
+        mortons.varying = alike.then_some(varying);
+        mortons
     }
 
-    fn raw(
-        &mut self,
-        level: Level,
-        samples: &[SamplePlace],
-        offset: u32,
-        (mortons, varying): (&Row<u64>, Option<u64>),
-        raw: &mut Raw,
-    ) {
+    fn raw(&mut self, level: Level, samples: &[SamplePlace], offset: u32, mortons: &Mortons, raw: &mut Raw) {
         let Some(first) = samples.first() else { return };
         self.start(first.pixel, first.sample, first.dimension.wrapping_add(offset));
-        let Some(varying) = varying else {
-            for (i, s) in samples.iter().enumerate() {
-                self.start(s.pixel, s.sample, s.dimension.wrapping_add(offset));
-                let (index, hash) = self.place();
-                raw.set(i, index, hash);
+        if let Some(varying) = mortons.varying {
+            // The high digits are those of the first sample; the low ones are shuffled side by side.
+            let (index, hash) = self.place();
+            let digits = self.low_digits(varying, index);
+            if digits.are_in_low_half() {
+                dispatch!(level, _simd => digits.shuffle_rows(samples.len(), mortons, hash, raw));
+                return;
             }
-            return;
-        };
-        // The high digits are those of the first sample; the low ones are shuffled side by side.
-        let (index, hash) = self.place();
-        let digits = self.low_digits(varying, index);
-        dispatch!(level, _simd => digits.shuffle_rows(samples.len(), mortons, hash, raw));
+        }
+        for (i, s) in samples.iter().enumerate() {
+            self.start(s.pixel, s.sample, s.dimension.wrapping_add(offset));
+            let (index, hash) = self.place();
+            raw.set(i, index, hash);
+        }
     }
 }
 
 impl Pmj02bnSampler {
     fn raw(&mut self, level: Level, samples: &[SamplePlace], offset: u32, raw: &mut Raw) {
-        let (mut keys, mut mortons) = (Row::default(), Row::default());
+        let mut keys = Row::default();
         let (mut numbers, mut dimensions) = (Row::default(), Row::default());
         // The curve goes over pixels alone.
         let mut pixels = [SamplePlace { pixel: [0; 2], sample: 0, dimension: 0 }; ROW];
@@ -153,8 +178,8 @@ impl Pmj02bnSampler {
             (numbers.0[i], dimensions.0[i]) = (s.sample, s.dimension.wrapping_add(offset));
         }
         let pixels = &pixels[..samples.len()];
-        let varying = self.curve().mortons(pixels, &mut mortons);
-        self.curve().raw(level, pixels, offset, (&mortons, varying), raw);
+        let mortons = self.curve().mortons(pixels);
+        self.curve().raw(level, pixels, offset, &mortons, raw);
         dispatch!(level, _simd => fill_pixels(samples.len(), &keys, &numbers, &dimensions, raw));
     }
 }
@@ -177,17 +202,32 @@ impl Raw {
 }
 
 impl LowDigits {
+    /// The digits of [`LowDigits::are_in_low_half`] in 32 bits, as [`ZSobolSampler`] has them in 64.
     #[inline(always)]
-    fn shuffle_rows(&self, n: usize, mortons: &Row<u64>, hash: u64, raw: &mut Raw) {
-        let mut index = Row([self.kept; ROW]);
+    fn shuffle_rows(&self, n: usize, mortons: &Mortons, hash: u64, raw: &mut Raw) {
+        let mut index = Row([self.kept as u32; ROW]);
         for digit in self.from..self.to {
+            let shift = self.shift(digit);
+            let above = mortons.high >> (shift + 2);
+            let key = above as u32 ^ self.key_of(above);
             for i in 0..row_end(n) {
-                index.0[i] |= self.shuffled(digit, mortons.0[i]);
+                let morton = mortons.low.0[i];
+                let hash = mix_bits_32(morton >> (shift + 2) ^ key);
+                index.0[i] |= permute_base_4(morton >> shift & 3, hash) << shift;
             }
         }
+        if self.from == 1 {
+            let above = mortons.high >> 1;
+            let key = above as u32 ^ self.key_of(above);
+            for i in 0..row_end(n) {
+                let morton = mortons.low.0[i];
+                index.0[i] |= (morton & 1) ^ (mix_bits_32(morton >> 1 ^ key) & 1);
+            }
+        }
+        let high = (self.kept >> 32) as u32;
         for i in 0..row_end(n) {
-            let last = if self.from == 1 { self.last_bit(mortons.0[i]) } else { 0 };
-            raw.set(i, index.0[i] | last, hash);
+            (raw.x.0[i], raw.y.0[i]) = (index.0[i], index.0[i] ^ high);
+            (raw.seed_x.0[i], raw.seed_y.0[i]) = (hash as u32, (hash >> 32) as u32);
         }
     }
 }
@@ -197,12 +237,28 @@ mod tests {
     use super::super::{SamplerKind, SamplerSettings};
     use super::*;
 
+    /// The numbers of rows and those of the samples alone, for each of three offsets.
+    fn hold_the_same(settings: &SamplerSettings, samples: &[SamplePlace]) {
+        let (mut side_by_side, mut alone) = (Sampler::new(settings), Sampler::new(settings));
+        assert!(side_by_side.has_rows());
+        let mut out = [[Row::default(); 2]; 3];
+        side_by_side.rows(Level::new(), samples, &[0, 1, 4], &mut out);
+        for (i, s) in samples.iter().enumerate() {
+            for (k, offset) in [0, 1, 4].into_iter().enumerate() {
+                alone.start(s.pixel, s.sample, s.dimension + offset);
+                assert_eq!([out[k][0].0[i], out[k][1].0[i]], alone.next_2d());
+                alone.start(s.pixel, s.sample, s.dimension + offset);
+                assert_eq!(out[k][0].0[i], alone.next_1d());
+            }
+        }
+    }
+
+    const KINDS: [SamplerKind; 3] = [SamplerKind::PaddedSobol, SamplerKind::ZSobol, SamplerKind::Pmj02bn];
+
     #[test]
     fn rows_hold_the_numbers_of_their_samples() {
-        for kind in [SamplerKind::PaddedSobol, SamplerKind::ZSobol, SamplerKind::Pmj02bn] {
+        for kind in KINDS {
             let settings = SamplerSettings { kind, spp: 16, seed: 9, resolution: [40, 30], ..Default::default() };
-            let (mut side_by_side, mut alone) = (Sampler::new(&settings), Sampler::new(&settings));
-            assert!(side_by_side.has_rows());
             for n in [1, 7, 16, 33, ROW] {
                 let samples: Vec<_> = (0..n as u32)
                     .map(|i| SamplePlace {
@@ -211,15 +267,26 @@ mod tests {
                         dimension: 2 + 7 * u32::from(i % 5 == 0) + 70 * u32::from(i % 11 == 0),
                     })
                     .collect();
-                let mut out = [[Row::default(); 2]; 3];
-                side_by_side.rows(Level::new(), &samples, &[0, 1, 4], &mut out);
-                for (i, s) in samples.iter().enumerate() {
-                    for (k, offset) in [0, 1, 4].into_iter().enumerate() {
-                        alone.start(s.pixel, s.sample, s.dimension + offset);
-                        assert_eq!([out[k][0].0[i], out[k][1].0[i]], alone.next_2d());
-                        alone.start(s.pixel, s.sample, s.dimension + offset);
-                        assert_eq!(out[k][0].0[i], alone.next_1d());
-                    }
+                hold_the_same(&settings, &samples);
+            }
+        }
+    }
+
+    #[test]
+    fn rows_of_one_dimension_hold_the_numbers_of_their_samples() {
+        // Even and odd powers of two, small pictures and such as need more than 32 bits; pixels side by side, and pixels far apart.
+        for kind in KINDS {
+            for (spp, side) in [(16, 40), (8, 40), (1, 64), (2, 3000), (64, 60_000), (2048, 60_000)] {
+                let settings = SamplerSettings { kind, spp, seed: 4, resolution: [side, side], ..Default::default() };
+                for (step, first) in [(1, 0), (1, side - 5), (side / 5, 3)] {
+                    let samples: Vec<_> = (0..ROW as u32)
+                        .map(|i| SamplePlace {
+                            pixel: [first + i / 16 * step, first / 2 + i % 3 * step],
+                            sample: i % spp.min(7) as u32,
+                            dimension: 9,
+                        })
+                        .collect();
+                    hold_the_same(&settings, &samples);
                 }
             }
         }

@@ -2,7 +2,7 @@
 //! hierarchical ordering of pixels", 2020; and pbrt's formulation of it).
 
 use super::{Randomization, SampleSource, SamplerSettings, randomize_bits};
-use crate::rng::{hash_combine, mix_bits, unit_f32};
+use crate::rng::{hash_combine, mix_bits_32, unit_f32};
 use crate::sequence::{laine_karras, pascal};
 
 /// The samples of all pixels are consecutive points of one (0,2)-sequence along a Morton curve whose quadrants are
@@ -57,18 +57,41 @@ pub(super) struct LowDigits {
 }
 
 impl LowDigits {
+    /// Digits up to this one lie in the lower half of a Morton index, and so does the digit after it.
+    const IN_LOW_HALF: u32 = 15;
+
+    /// The place of base-4 digit `i` in a Morton index.
+    #[inline(always)]
+    pub fn shift(&self, i: u32) -> u32 {
+        2 * i - self.from
+    }
+
+    /// Whether all digits that are to be shuffled lie in the lower half.
+    pub fn are_in_low_half(&self) -> bool {
+        self.to <= Self::IN_LOW_HALF
+    }
+
+    /// What the upper half of `above`, the digits above one that is to be permuted, adds to the hash of its lower half.
+    #[inline(always)]
+    pub fn key_of(&self, above: u64) -> u32 {
+        let key = self.key ^ (above >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (key ^ key >> 32) as u32
+    }
+
     /// Base-4 digit `i` of a Morton index in its place, permuted by a hash of the higher ones.
     #[inline(always)]
-    pub fn shuffled(&self, i: u32, morton: u64) -> u64 {
-        let shift = 2 * i - self.from;
-        let hash = mix_bits(morton >> (shift + 2) ^ self.key);
-        permute_base_4((morton >> shift) & 3, (hash >> 24) as u32) << shift
+    fn shuffled(&self, i: u32, morton: u64) -> u64 {
+        let shift = self.shift(i);
+        let above = morton >> (shift + 2);
+        let hash = mix_bits_32(above as u32 ^ self.key_of(above));
+        u64::from(permute_base_4((morton >> shift) as u32 & 3, hash)) << shift
     }
 
     /// The binary digit before the first.
     #[inline(always)]
-    pub fn last_bit(&self, morton: u64) -> u64 {
-        (morton & 1) ^ (mix_bits(morton >> 1 ^ self.key) & 1)
+    fn last_bit(&self, morton: u64) -> u64 {
+        let above = morton >> 1;
+        (morton & 1) ^ u64::from(mix_bits_32(above as u32 ^ self.key_of(above)) & 1)
     }
 }
 
@@ -94,20 +117,22 @@ impl ZSobolSampler {
         }
     }
 
-    /// The Morton index of a sample, and what its round's seed is made of.
+    /// The Morton index of the first sample of a pixel, and a name for where it lies, other than 0 outside of the stated resolution.
     #[inline(always)]
-    pub(super) fn place_on_curve(&self, pixel: [u32; 2], sample_index: u32) -> (u64, [u64; 2]) {
-        let round = u64::from(sample_index) >> self.log2_spp;
-        let within = u64::from(sample_index) & ((1 << self.log2_spp) - 1);
+    pub(super) fn pixel_on_curve(&self, pixel: [u32; 2]) -> (u64, u64) {
         // Pixels outside the stated resolution (a filter's border) must not share points with those inside.
         let outside = u64::from(pixel[0] >> 16) | u64::from(pixel[1] >> 16) << 16;
-        let morton = morton_2d(pixel[0] & 0xffff, pixel[1] & 0xffff) << self.log2_spp | within;
-        let beyond = if 2 * self.base4_digits - (self.log2_spp & 1) < 64 {
-            morton >> (2 * self.base4_digits - (self.log2_spp & 1))
-        } else {
-            0
-        };
-        (morton, [round, outside | beyond << 32])
+        let morton = morton_2d(pixel[0] & 0xffff, pixel[1] & 0xffff) << self.log2_spp;
+        let bits = 2 * self.base4_digits - (self.log2_spp & 1);
+        let beyond = if bits < 64 { morton >> bits } else { 0 };
+        (morton, outside | beyond << 32)
+    }
+
+    /// The number of a sample within its round, and the number of the round.
+    #[inline(always)]
+    pub(super) fn in_round(&self, sample_index: u32) -> (u64, u64) {
+        let index = u64::from(sample_index);
+        (index & ((1 << self.log2_spp) - 1), index >> self.log2_spp)
     }
 
     /// The digits of the current dimension up to the highest of the bits `varying`; the higher ones are taken from `index`.
@@ -173,27 +198,19 @@ impl ZSobolSampler {
     }
 }
 
-/// The 24 permutations of four elements, two bits each, the image of 0 lowest.
-static PERMUTATIONS: [u32; 24] = permutations_of_four();
-
-const fn permutations_of_four() -> [u32; 24] {
-    let mut table = [0; 24];
-    let (mut count, mut code) = (0, 0u16);
-    while code < 256 {
-        let images = (1 << (code & 3)) | (1 << (code >> 2 & 3)) | (1 << (code >> 4 & 3)) | (1 << (code >> 6 & 3));
-        if images == 0b1111 {
-            table[count] = code as u32;
-            count += 1;
-        }
-        code += 1;
-    }
-    table
-}
-
-/// Applies permutation number `which` of 24 to a base-4 digit.
+/// One of the 24 permutations of a base-4 digit, as likely as any other: the digits are parted into two pairs, in one of three ways; then
+/// the pairs change places or not, and so do the two of each pair. Arithmetic, so that loops over rows need no table.
 #[inline(always)]
-fn permute_base_4(digit: u64, which: u32) -> u64 {
-    u64::from(PERMUTATIONS[(which % 24) as usize] >> (2 * digit) & 3)
+pub(super) fn permute_base_4(digit: u32, hash: u32) -> u32 {
+    let (high, low) = (digit >> 1, digit & 1);
+    // 0, 1 or 2.
+    let way = ((hash >> 16) + 2 * (hash >> 16)) >> 16;
+    let (crossed, diagonal) = (way & 1, way >> 1);
+    let differ = high ^ low;
+    let pair = high ^ (differ & crossed) ^ (low & diagonal);
+    let member = low ^ (differ & crossed);
+    let flip = (hash >> 1) ^ (pair & (hash >> 2));
+    (pair ^ (hash & 1)) << 1 | (member ^ (flip & 1))
 }
 
 /// Interleaves the bits of `x` (even places) and `y` (odd places).
@@ -213,8 +230,10 @@ fn morton_2d(x: u32, y: u32) -> u64 {
 impl SampleSource for ZSobolSampler {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample_index: u32, dimension: u32) {
-        let (morton, round) = self.place_on_curve(pixel, sample_index);
-        self.morton = morton;
+        let (morton, outside) = self.pixel_on_curve(pixel);
+        let (within, round) = self.in_round(sample_index);
+        let round = [round, outside];
+        self.morton = morton | within;
         if self.round != round {
             self.round = round;
             self.round_seed = hash_combine(hash_combine(self.seed, round[0]), round[1]);
@@ -274,7 +293,9 @@ mod tests {
     fn all_24_permutations_are_different_and_complete() {
         let mut seen = std::collections::BTreeSet::new();
         for which in 0..24 {
-            let row: Vec<u64> = (0..4).map(|d| permute_base_4(d, which)).collect();
+            // Three ways to make pairs, eight to flip.
+            let hash = (which / 8) * 0x5556_0000 | which % 8;
+            let row: Vec<u32> = (0..4).map(|d| permute_base_4(d, hash)).collect();
             let mut sorted = row.clone();
             sorted.sort_unstable();
             assert_eq!(sorted, [0, 1, 2, 3]);

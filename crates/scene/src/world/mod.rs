@@ -35,7 +35,8 @@ use crate::{AreaLight, RenderSettings, Scene};
 use group::{Group, Other};
 use light::Lights;
 use medium::BuiltMedium;
-use steradian_geometry::{HitKind, NoTally, Tally};
+use std::cell::Cell;
+use steradian_geometry::{NoTally, RayRows, Tally};
 use steradian_image::{Pyramid, Texels};
 use steradian_math::{AnimatedTransform, Bounds3, Ray, RayDifferential};
 use steradian_sampling::rng::hash_f32;
@@ -207,6 +208,22 @@ impl World {
         self.intersect_group(0, ray, tally)
     }
 
+    /// As [`World::intersect`] for many rays, which have been [prepared](RayRows::prepare): appends the answers to `hits`.
+    pub fn intersect_rows(&self, rays: &RayRows, hits: &mut Vec<Option<Hit>>) {
+        let group = &self.groups[0];
+        let last = Cell::new(None);
+        group.accel.closest_rows(
+            rays,
+            |id, ray| {
+                let hit = self.intersect_other(0, group, group.others[id as usize], ray, &NoTally)?;
+                last.set(Some(hit));
+                Some(hit.t)
+            },
+            |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+            |_, hit| hits.push(hit.and_then(|hit| Hit::of(hit, 0, last.get()))),
+        );
+    }
+
     fn intersect_group<T: Tally>(&self, group_index: u32, ray: &Ray, tally: &T) -> Option<Hit> {
         let group = &self.groups[group_index as usize];
         let mut last: Option<Hit> = None;
@@ -220,15 +237,7 @@ impl World {
             |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
             tally,
         )?;
-        match hit.kind {
-            HitKind::Triangle => Some(Hit {
-                t: hit.t,
-                shape: HitShape::Triangle { id: hit.id, b1: hit.b1, b2: hit.b2 },
-                group: group_index,
-                instance: 0,
-            }),
-            HitKind::Other => last,
-        }
+        Hit::of(hit, group_index, last)
     }
 
     fn intersect_other<T: Tally>(
@@ -323,21 +332,35 @@ impl World {
         self.occluded_in_group(0, ray, tally)
     }
 
+    /// As [`World::occluded`] for many rays, which have been [prepared](RayRows::prepare): bit `i` of the result answers ray `i`.
+    pub fn occluded_rows(&self, rays: &RayRows) -> u64 {
+        let group = &self.groups[0];
+        group.accel.any_rows(
+            rays,
+            |id, ray| self.occluded_by(0, group, id, ray, &NoTally),
+            |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
+        )
+    }
+
     fn occluded_in_group<T: Tally>(&self, group_index: u32, ray: &Ray, tally: &T) -> bool {
         let group = &self.groups[group_index as usize];
         group.accel.any_counted(
             ray,
-            |id, ray| match group.others[id as usize] {
-                Other::Instance(i) => {
-                    let instance = &self.instances[i as usize];
-                    let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
-                    self.occluded_in_group(instance.group, &local, tally)
-                }
-                other => self.intersect_other(group_index, group, other, ray, tally).is_some(),
-            },
+            |id, ray| self.occluded_by(group_index, group, id, ray, tally),
             |id, _, b1, b2| self.triangle_is_there(group, id, b1, b2),
             tally,
         )
+    }
+
+    fn occluded_by<T: Tally>(&self, group_index: u32, group: &Group, id: u32, ray: &Ray, tally: &T) -> bool {
+        match group.others[id as usize] {
+            Other::Instance(i) => {
+                let instance = &self.instances[i as usize];
+                let local = instance.world_from_object.at(ray.time).inverse().ray(ray);
+                self.occluded_in_group(instance.group, &local, tally)
+            }
+            other => self.intersect_other(group_index, group, other, ray, tally).is_some(),
+        }
     }
 
     /// The alpha test of a triangle.

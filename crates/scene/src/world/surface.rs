@@ -5,7 +5,7 @@ use super::light::LightSample;
 use crate::Handle;
 use std::ops::Deref;
 use steradian_bsdf::{LobeSample, Lobes};
-use steradian_geometry::{CurveHit, QuadricHit, SurfaceHit};
+use steradian_geometry::{AccelHit, CurveHit, HitKind, QuadricHit, SurfaceHit};
 use steradian_math::{Frame, Ray, RayDifferential, Transform, Vec2, Vec3, difference_of_products, offset_ray_origin};
 
 /// What intersection remembers of the nearest hit: enough to work out the rest once.
@@ -27,6 +27,20 @@ pub(super) enum HitShape {
     Quadric { primitive: u32, index: u32, hit: QuadricHit },
     Curve { primitive: u32, set: u32, piece: u32, hit: CurveHit },
     Cell { primitive: u32, grid: u32, cell: u32 },
+}
+
+impl Hit {
+    /// What the tree of a group has found; `last` is the last hit of one of its others.
+    #[inline(always)]
+    pub(super) fn of(hit: AccelHit, group: u32, last: Option<Self>) -> Option<Self> {
+        match hit.kind {
+            HitKind::Triangle => {
+                let shape = HitShape::Triangle { id: hit.id, b1: hit.b1, b2: hit.b2 };
+                Some(Self { t: hit.t, shape, group, instance: 0 })
+            }
+            HitKind::Other => last,
+        }
+    }
 }
 
 /// The size of a sample on the surface: how position and coordinates change to the next sample in x and in y.
