@@ -203,7 +203,7 @@ impl Mitsuba<'_> {
             return None;
         };
         let texels = Texels::new(1, 1, 3, Storage::F32(s.rgb().to_vec()), Encoding::Linear).ok()?;
-        let image = self.push_image("normal", texels, Lookup::Texel, Wrap::Repeat);
+        let image = self.push_image("normal", texels, Lookup::Point, Wrap::Repeat);
         Some(ImageMap { mapping: Mapping2::default(), image, scale: 1.0, invert: false })
     }
 
