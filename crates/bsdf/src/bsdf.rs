@@ -1,6 +1,7 @@
 //! The closed set of lobes that a surface can have.
 
 use crate::altered::Altered;
+use crate::bumped::Bumped;
 use crate::conductor::Conductor;
 use crate::dielectric::Dielectric;
 use crate::diffuse::Diffuse;
@@ -35,6 +36,7 @@ pub enum Bsdf<'w> {
     Plastic(Plastic<'w>),
     Altered(Altered),
     Principled(Principled),
+    Bumped(Bumped<'w>),
 }
 
 /// The only `match` over the kinds of lobes.
@@ -55,6 +57,7 @@ macro_rules! with_lobe {
             Bsdf::Plastic($lobe) => $body,
             Bsdf::Altered($lobe) => $body,
             Bsdf::Principled($lobe) => $body,
+            Bsdf::Bumped($lobe) => $body,
         }
     };
 }
@@ -134,6 +137,7 @@ impl Bsdf<'_> {
             Self::Plastic(_) => "plastic",
             Self::Altered(_) => "altered interface",
             Self::Principled(_) => "principled",
+            Self::Bumped(_) => "bumped",
         }
     }
 
@@ -178,6 +182,13 @@ impl<'w> From<Plastic<'w>> for Bsdf<'w> {
     #[inline]
     fn from(lobe: Plastic<'w>) -> Self {
         Self::Plastic(lobe)
+    }
+}
+
+impl<'w> From<Bumped<'w>> for Bsdf<'w> {
+    #[inline]
+    fn from(lobe: Bumped<'w>) -> Self {
+        Self::Bumped(lobe)
     }
 }
 

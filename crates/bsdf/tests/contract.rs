@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 use steradian_bsdf::{
-    Altered, Beckmann, Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered, Lobe,
-    LobeSample, Lobes, Measured, MeasuredMaterial, MeasuredTables, MetallicRoughness, MetallicRoughnessParams,
+    Altered, Beckmann, Bsdf, Bumped, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered,
+    Lobe, LobeSample, Lobes, Measured, MeasuredMaterial, MeasuredTables, MetallicRoughness, MetallicRoughnessParams,
     Microfacets, Part, Plastic, PlasticInterface, PlasticTable, Principled, PrincipledParams, SimpleInterface,
     SubsurfaceExit, ThinDielectric, TransportMode, TrowbridgeReitz,
 };
@@ -117,6 +117,13 @@ fn measured(azimuths: usize) -> MeasuredMaterial {
 static ISOTROPIC: LazyLock<MeasuredMaterial> = LazyLock::new(|| measured(1));
 static ANISOTROPIC: LazyLock<MeasuredMaterial> = LazyLock::new(|| measured(5));
 
+/// A lobe about a normal that was elsewhere.
+fn tilted(lobe: impl Into<Bsdf<'static>>, up: [f32; 3], shadowing: bool) -> Bsdf<'static> {
+    Bumped::new(lobe.into(), Vec3::from_array(up).normalize(), shadowing)
+        .unwrap_or_else(|| panic!("not to be tilted"))
+        .into()
+}
+
 /// Every kind of lobe, with parameters at and between the borders of its regimes.
 fn table() -> Vec<(&'static str, Bsdf<'static>)> {
     let paint = |coat, coating| Layered::new(coat, Diffuse::new(Lanes([0.1, 0.4, 0.7, 0.9])), coating);
@@ -180,6 +187,17 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
         ("principled glass", principled(&|p| (p.transmission, p.metallic) = (0.8, 0.1))),
         ("principled felt", principled(&|p| (p.sheen, p.sheen_tint, p.flatness) = (0.9, 0.5, 0.7))),
         ("principled leaf", principled(&|p| (p.thin, p.transmission, p.specular_tint) = (Some(0.4), 0.3, 0.5))),
+        ("tilted diffuse", tilted(Diffuse::new(Lanes([0.2, 0.5, 0.8, 1.0])), [0.3, -0.2, 0.9], true)),
+        ("tilted far", tilted(Diffuse::new(Lanes([0.2, 0.5, 0.8, 1.0])), [0.9, 0.1, 0.3], true)),
+        ("tilted, without shadows", tilted(principled(&|_| {}), [0.0, 0.5, 0.8], false)),
+        (
+            "tilted glass",
+            tilted(altered(SimpleInterface::Dielectric(Dielectric::new(1.5, ggx(0.3, 0.3)))), [0.2, 0.3, 0.9], true),
+        ),
+        (
+            "tilted mirror",
+            tilted(altered(SimpleInterface::Conductor(metal(TrowbridgeReitz::smooth()))), [0.4, 0.0, 0.9], true),
+        ),
         ("rough fur", Hair::new(-0.6, 1.4, Lanes([0.4, 0.1, 1.0, 0.2]), 0.9, 0.9, 5.0).into()),
         ("paint", paint(Dielectric::new(1.5, TrowbridgeReitz::smooth()), Coating::default()).into()),
         ("matt paint", paint(Dielectric::new(1.5, ggx(0.4, 0.4)), Coating { walks: 2, ..Coating::default() }).into()),
@@ -196,9 +214,9 @@ fn table() -> Vec<(&'static str, Bsdf<'static>)> {
 }
 
 /// Attenuation in hair depends on the viewing direction alone, and so do the tables of measurements; neither is the same
-/// both ways. Leaving the inside is half of an event.
+/// both ways; the shadows of bumps fall on the side of the light. Leaving the inside is half of an event.
 fn is_reciprocal(bsdf: &Bsdf) -> bool {
-    !is_layered(bsdf) && !matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_) | Bsdf::SubsurfaceExit(_))
+    !is_layered(bsdf) && !matches!(bsdf, Bsdf::Hair(_) | Bsdf::Measured(_) | Bsdf::SubsurfaceExit(_) | Bsdf::Bumped(_))
 }
 
 fn is_layered(bsdf: &Bsdf) -> bool {

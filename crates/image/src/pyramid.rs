@@ -86,12 +86,8 @@ impl Wrap {
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Lookup {
     /// The nearest texel of the picture as it is, whatever the size of the sample.
-    Texel,
-    /// Four texels of the picture as it is, whatever the size of the sample.
-    Between,
-    /// The nearest texel of the level that fits.
     Point,
-    /// Four texels of the level that fits.
+    /// Four texels of the picture as it is, whatever the size of the sample.
     #[default]
     Bilinear,
     /// Four texels each of the two levels around the one that fits.
@@ -203,7 +199,7 @@ impl Pyramid {
         Ok(Pyramid { levels, wrap, ewa: Box::new(ewa), is_plain: false, chromaticities })
     }
 
-    /// A picture that is looked up as it is, by [`Lookup::Texel`] and [`Lookup::Between`].
+    /// A picture that is looked up as it is, by [`Lookup::Point`] and [`Lookup::Bilinear`].
     pub fn plain(texels: Texels, wrap: [Wrap; 2]) -> Pyramid {
         let chromaticities = texels.chromaticities;
         Pyramid { levels: vec![texels], wrap, ewa: Box::new([0.0; EWA_TABLE]), is_plain: true, chromaticities }
@@ -296,8 +292,8 @@ impl Pyramid {
         // A camera at a singularity can send anything here; far-off or undefined coordinates read as the corner.
         let st = if st.x.abs() < 1e6 && st.y.abs() < 1e6 { st } else { Point2::new(0.0, 0.0) };
         match filter {
-            Lookup::Texel => return self.nearest(0, st, pick),
-            Lookup::Between => return self.bilinear(0, st, pick),
+            Lookup::Point => return self.nearest(0, st, pick),
+            Lookup::Bilinear => return self.bilinear(0, st, pick),
             _ if self.is_plain => return self.bilinear(0, st, pick),
             _ => {}
         }
@@ -313,7 +309,6 @@ impl Pyramid {
         // A cast from float to integer takes negative numbers and NaN to level 0.
         let i = level as usize;
         match filter {
-            Lookup::Point => self.nearest(i, st, pick),
             // Between levels 0 and 1 only level 0 is read, as in pbrt, whose images this is to match: sharper, at the price of a step.
             Lookup::Trilinear if i > 0 => {
                 let (a, b) = (self.bilinear(i, st, pick), self.bilinear(i + 1, st, pick));

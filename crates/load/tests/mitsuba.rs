@@ -4,7 +4,8 @@ use std::path::Path;
 use steradian_image::Wrap;
 use steradian_load::{Input, LoadOptions, LoadOutcome, Memory, ModelOptions, load};
 use steradian_math::{Point3, Ray, Vec3};
-use steradian_scene::{Field, IntegratorKind, Light, Phase, Scattering, Scene, Slopes, Volume, World};
+use steradian_scene::{Field, IntegratorKind, Light, Phase, Scattering, Scene, Slopes, Tilt, Volume, World};
+use steradian_spectrum::Wavelengths;
 
 const SCENE: &str = r#"<scene version="3.0.0">
     <default name="spp" value="16"/>
@@ -302,6 +303,42 @@ fn grids_are_textures_and_signed_distances() {
         let said: String = outcome.diagnostics.iter().map(|d| d.render(&outcome.sources)).collect();
         assert!(outcome.scene.is_none() && said.contains(words), "{said}");
     }
+}
+
+#[test]
+fn filters_of_polarised_light_dim_what_is_not_polarised() {
+    let text = |kind: &str| {
+        let paint = r#"<bsdf type="twosided" id="paint"><bsdf type="diffuse"><rgb name="reflectance" value="0.8 0.2 0.1"/></bsdf></bsdf>"#;
+        let filter = format!(
+            r#"<bsdf type="{kind}" id="paint"><float name="theta" value="30"/><spectrum name="transmittance" value="0.9"/></bsdf>"#
+        );
+        SCENE.replace(paint, &filter)
+    };
+    for (kind, expected) in [("polarizer", 0.45), ("circular", 0.45), ("retarder", 0.9)] {
+        let files = Memory::new().with("s/scene.xml", text(kind));
+        let outcome = load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default());
+        let world = World::build(outcome.scene.unwrap()).unwrap();
+        let ray = Ray::new(Point3::new(0.0, 0.0, 5.0), Vec3::new(0.0, 0.0, -1.0), 0.0);
+        let hit = world.intersect(&ray).unwrap();
+        let straight = world.straight(&ray, &hit, &Wavelengths::rgb()).unwrap();
+        assert!((straight.transmittance[0] - expected).abs() < 1e-6 && straight.chance == 1.0, "{kind}: {straight:?}");
+    }
+}
+
+#[test]
+fn maps_shadow_and_mirror_what_they_tilt_also_inside_of_blends() {
+    let bump = r#"<bsdf type="bumpmap" id="paint"><boolean name="flip_invalid_normals" value="false"/>
+        <texture type="checkerboard" name="arbitrary"/>
+        <bsdf type="blendbsdf"><float name="weight" value="0.3"/><bsdf type="plastic"/><bsdf type="conductor"/></bsdf></bsdf>"#;
+    let paint = r#"<bsdf type="twosided" id="paint"><bsdf type="diffuse"><rgb name="reflectance" value="0.8 0.2 0.1"/></bsdf></bsdf>"#;
+    let files = Memory::new().with("s/scene.xml", SCENE.replace(paint, bump));
+    let outcome = load(Input::File(Path::new("s/scene.xml")), &files, &LoadOptions::default());
+    let s = outcome.scene.unwrap();
+    let tilt = Tilt { shadowing: true, mirrors: false };
+    let tilted: Vec<_> = s.materials.iter().filter(|m| m.tilt == Some(tilt)).collect();
+    assert_eq!(tilted.len(), 2);
+    assert!(tilted.iter().all(|m| m.displacement.is_some()));
+    World::build(s).unwrap();
 }
 
 #[test]

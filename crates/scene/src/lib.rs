@@ -24,7 +24,7 @@ pub use lens::{ApertureImage, LensError, LensInterface, LensRay, LensSystem};
 pub use light::{AreaLight, EnvironmentMapping, Light, LightGroup};
 pub use material::{
     AnisotropyInputs, Coat, FilmInputs, FloatInput, HairColor, Ior, Material, Metal, MetallicRoughnessInputs,
-    NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, Translucency,
+    NormalMap, PlasticInputs, PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, Tilt, Translucency,
 };
 pub use medium::{Cloud, Coefficients, Field, Fields, Glow, Medium, MediumError, Phase, RgbGrid, Volume, VoxelGrid};
 pub use parameters::{ParameterError, Value};

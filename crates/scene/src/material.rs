@@ -362,6 +362,15 @@ impl NormalMap {
     }
 }
 
+/// What tilting a normal does besides, as Mitsuba has it: no light comes from below the surface as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tilt {
+    /// Whether the bumps shadow each other.
+    pub shadowing: bool,
+    /// Whether normals that are tilted away from the viewer are mirrored about the normal as it was.
+    pub mirrors: bool,
+}
+
 /// A surface's scattering model with what perturbs its shading frame.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -373,4 +382,6 @@ pub struct Material {
     pub displacement: Option<FloatInput>,
     /// Normal map in the tangent frame; wins over `displacement`.
     pub normal_map: Option<NormalMap>,
+    /// What either does besides moving the frame; nothing in most languages of scenes.
+    pub tilt: Option<Tilt>,
 }

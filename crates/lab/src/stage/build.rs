@@ -64,7 +64,13 @@ impl Builder {
 
     /// A material without name or bumps.
     pub fn material(&mut self, scattering: Scattering) -> Handle<Material> {
-        self.scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None })
+        self.scene.materials.push(Material {
+            name: String::new(),
+            scattering,
+            displacement: None,
+            normal_map: None,
+            tilt: None,
+        })
     }
 
     /// A constant reflectance.

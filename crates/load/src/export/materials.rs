@@ -50,6 +50,9 @@ impl Writer<'_> {
     /// What perturbs the normals.
     fn relief(&mut self, m: &Material) -> String {
         let mut text = String::new();
+        if m.tilt.is_some() {
+            self.note("bumps do not shadow each other in pbrt");
+        }
         if let Some(map) = &m.normal_map {
             let file = self.normal_map(map);
             let _ = write!(text, " \"string normalmap\" \"{}\"", quoted(&file));

@@ -211,8 +211,8 @@ impl Writer<'_> {
     fn look(&mut self, image: Handle<TextureImage>) -> String {
         let image = &self.scene.images[image];
         let filter = match image.lookup {
-            Lookup::Texel | Lookup::Point => "point",
-            Lookup::Between | Lookup::Bilinear => "bilinear",
+            Lookup::Point => "point",
+            Lookup::Bilinear => "bilinear",
             Lookup::Trilinear => "trilinear",
             Lookup::Ewa { .. } => "ewa",
         };

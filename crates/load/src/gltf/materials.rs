@@ -76,7 +76,13 @@ impl Gltf<'_, '_> {
         normal_map: Option<NormalMap>,
     ) -> Handle<Material> {
         let scattering = Scattering::MetallicRoughness(Box::new(inputs));
-        self.scene.materials.push(Material { name: name.to_string(), scattering, displacement: None, normal_map })
+        self.scene.materials.push(Material {
+            name: name.to_string(),
+            scattering,
+            displacement: None,
+            normal_map,
+            tilt: None,
+        })
     }
 
     /// A number between 0 and 1.
@@ -385,7 +391,8 @@ impl Gltf<'_, '_> {
         let texture = self.with_vertex_colors(rgb, texture, key, SpectrumUse::Illuminant)?;
         let black = self.color([0.0; 3], SpectrumUse::Albedo);
         let scattering = Scattering::Diffuse { reflectance: black };
-        let material = Material { name: name.to_string(), scattering, displacement: None, normal_map: None };
+        let material =
+            Material { name: name.to_string(), scattering, displacement: None, normal_map: None, tilt: None };
         let light = Some(self.light(rgb, Some(texture), 1.0, true));
         Ok(Cover { material: self.scene.materials.push(material), light, alpha, media: None })
     }

@@ -6,8 +6,8 @@ use crate::files::read_all;
 use crate::tensor::measured_material;
 use steradian_image::{Encoding, Lookup, Storage, Texels, Wrap};
 use steradian_scene::{
-    FloatInput, HairColor, Handle, ImageMap, Ior, Mapping2, Material, Metal, NormalMap, PlasticInputs,
-    PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, SpectrumTexture, Texture,
+    FloatInput, FloatTexture, HairColor, Handle, ImageMap, Ior, Mapping2, Material, Metal, NormalMap, PlasticInputs,
+    PrincipledInputs, Roughness, Scattering, Slopes, SpectrumInput, SpectrumTexture, Texture, Tilt,
 };
 use steradian_spectrum::{Spectrum, SpectrumUse};
 
@@ -69,7 +69,7 @@ impl Mitsuba<'_> {
     }
 
     fn plain(&mut self, scattering: Scattering) -> Cover {
-        let material = Material { name: String::new(), scattering, displacement: None, normal_map: None };
+        let material = Material { name: String::new(), scattering, displacement: None, normal_map: None, tilt: None };
         Cover { material: self.scene.materials.push(material), alpha: None, one_sided: false }
     }
 
@@ -142,6 +142,7 @@ impl Mitsuba<'_> {
                 let eta = Ior::Constant(self.relative_index(o, 1.5046));
                 self.altered(o, Scattering::ThinDielectric { eta })
             }
+            "polarizer" | "retarder" | "circular" => self.filter_of_polarised_light(o),
             "conductor" | "roughconductor" => {
                 let roughness = if o.kind == "conductor" { self.smooth() } else { self.roughness(o) };
                 let metal = self.metal_of(o);
@@ -158,31 +159,28 @@ impl Mitsuba<'_> {
             }
             "blendbsdf" => self.blend(o, depth),
             "normalmap" => {
-                self.without_shadowing(o);
+                let tilt = self.tilt(o);
                 let inner = self.nested(o, depth);
                 let map = self.named(o, "normalmap").map(|i| self.object(i));
                 let Some(map) = map.and_then(|t| self.normals(&t)) else {
                     self.error("a normal map needs a texture of that name", o.span);
                     return inner;
                 };
-                let mut material = self.scene.materials[inner.material].clone();
-                material.normal_map = Some(NormalMap { mapping: map.mapping, ..NormalMap::new(map.image) });
-                Cover { material: self.scene.materials.push(material), ..inner }
+                let map = NormalMap { mapping: map.mapping, ..NormalMap::new(map.image) };
+                self.tilted(inner, |m| (m.normal_map, m.tilt) = (Some(map.clone()), Some(tilt)))
             }
             "bumpmap" => {
-                self.without_shadowing(o);
+                let tilt = self.tilt(o);
                 let inner = self.nested(o, depth);
                 let Some(height) = self.child(o, "texture").map(|i| self.object(i)) else {
                     self.error("a bump map needs a texture", o.span);
                     return inner;
                 };
                 let (tex, scale) = (self.float_texture(&height), self.float(o, "scale", 1.0));
+                let Some(tex) = tex else { return inner };
                 let scale = self.number(scale);
-                let mut material = self.scene.materials[inner.material].clone();
-                material.displacement = tex.map(|tex| {
-                    self.scene.float_textures.push(steradian_scene::FloatTexture(Texture::Scale { tex, scale }))
-                });
-                Cover { material: self.scene.materials.push(material), ..inner }
+                let height = self.scene.float_textures.push(FloatTexture(Texture::Scale { tex, scale }));
+                self.tilted(inner, |m| (m.displacement, m.tilt) = (Some(height), Some(tilt)))
             }
             "principled" | "principledthin" => self.principled(o),
             "hair" => self.hair(o),
@@ -205,16 +203,51 @@ impl Mitsuba<'_> {
             return None;
         };
         let texels = Texels::new(1, 1, 3, Storage::F32(s.rgb().to_vec()), Encoding::Linear).ok()?;
-        let image = self.push_image("normal", texels, Lookup::Texel, Wrap::Repeat);
+        let image = self.push_image("normal", texels, Lookup::Point, Wrap::Repeat);
         Some(ImageMap { mapping: Mapping2::default(), image, scale: 1.0, invert: false })
     }
 
-    /// Tells that Mitsuba darkens grazing light where it turns normals.
-    fn without_shadowing(&mut self, o: &Object) {
-        o.get("flip_invalid_normals");
-        if self.flag(o, "use_shadowing_function", true) {
-            self.note_once("bump and normal maps are without the shadowing function of Mitsuba", o.span);
+    /// What filters of polarised light do to light that is not: a polariser takes half of it, a retarder nothing.
+    fn filter_of_polarised_light(&mut self, o: &Object) -> Cover {
+        let said = "light is not polarised here: filters of polarised light only dim it, as in Mitsuba's variants without polarisation";
+        self.note_once(said, o.span);
+        for ignored in ["theta", "delta", "polarizing", "left_handed"] {
+            o.get(ignored);
         }
+        self.has_panes = true;
+        let usage = SpectrumUse::Albedo;
+        let share = if o.kind == "retarder" { 1.0 } else { 0.5 };
+        let tex = self.spectrum(o, "transmittance", usage, 1.0);
+        let kind = Texture::Scale { tex, scale: self.number(share) };
+        let transmission = Some(self.scene.spectrum_textures.push(SpectrumTexture { usage, kind }));
+        // A pane of the index of what is around reflects nothing.
+        let interface = self.plain(Scattering::ThinDielectric { eta: Ior::Constant(1.0) }).material;
+        self.plain(Scattering::Altered { interface, slopes: Slopes::Beckmann, reflection: None, transmission })
+    }
+
+    /// What Mitsuba's maps do besides tilting the normal.
+    fn tilt(&mut self, o: &Object) -> Tilt {
+        Tilt {
+            shadowing: self.flag(o, "use_shadowing_function", true),
+            mirrors: self.flag(o, "flip_invalid_normals", true),
+        }
+    }
+
+    /// A cover whose materials are changed, also those that it chooses among.
+    fn tilted(&mut self, cover: Cover, change: impl Fn(&mut Material)) -> Cover {
+        Cover { material: self.changed(cover.material, &change), ..cover }
+    }
+
+    fn changed(&mut self, material: Handle<Material>, change: &impl Fn(&mut Material)) -> Handle<Material> {
+        let mut m = self.scene.materials[material].clone();
+        match &mut m.scattering {
+            Scattering::Mix { materials, .. } => *materials = materials.map(|inner| self.changed(inner, change)),
+            Scattering::Sides { front, back } => {
+                (*front, *back) = (self.changed(*front, change), self.changed(*back, change));
+            }
+            _ => change(&mut m),
+        }
+        self.scene.materials.push(m)
     }
 
     /// Index inside over the index outside.

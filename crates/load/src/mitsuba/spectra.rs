@@ -315,8 +315,8 @@ impl Mitsuba<'_> {
             }
         };
         let lookup = match self.text(t, "filter_type").as_deref() {
-            Some("nearest") => Lookup::Texel,
-            _ => Lookup::Between,
+            Some("nearest") => Lookup::Point,
+            _ => Lookup::Bilinear,
         };
         let image = self.push_image(&name, texels, lookup, wrap);
         // The first row of texels lies at v = 0.

@@ -13,7 +13,7 @@ use crate::pbrt::LoadOutcome;
 use crate::{gltf, ply};
 use std::path::{Path, PathBuf};
 use steradian_geometry::TriangleMesh;
-use steradian_image::{Filter, FilterKind};
+use steradian_image::{Filter, FilterKind, srgb_to_linear};
 use steradian_math::{Point3, Transform, Vec2};
 use steradian_sampling::{SamplerKind, SamplerSettings};
 use steradian_scene::{
@@ -164,7 +164,7 @@ fn plain(
 /// A scene of one mesh in neutral paint.
 fn single(path: &Path, mesh: TriangleMesh) -> Scene {
     let mut scene = Scene::new(default_settings(&path.display().to_string()));
-    let material = paint(&mut scene, "", [0.6, 0.6, 0.6], 0.0, 0.45);
+    let material = neutral(&mut scene, !mesh.colors.is_empty());
     push_mesh(&mut scene, mesh, material);
     scene
 }
@@ -182,6 +182,19 @@ fn push_mesh(scene: &mut Scene, mesh: TriangleMesh, material: steradian_scene::H
     });
 }
 
+/// What covers a mesh of which nothing is known but, perhaps, the colours of its vertices.
+fn neutral(scene: &mut Scene, has_colors: bool) -> steradian_scene::Handle<Material> {
+    let material = paint(scene, "", [0.6, 0.6, 0.6], 0.0, 0.45);
+    if has_colors {
+        let kind = Texture::Vertex;
+        let base = scene.spectrum_textures.push(SpectrumTexture { usage: SpectrumUse::Albedo, kind });
+        if let Scattering::MetallicRoughness(inputs) = &mut scene.materials[material].scattering {
+            inputs.base = base;
+        }
+    }
+    material
+}
+
 /// A material of constants.
 fn paint(
     scene: &mut Scene,
@@ -197,11 +210,11 @@ fn paint(
     let mut float = |v: f32| scene.float_textures.push(steradian_scene::FloatTexture(Texture::Constant(v)));
     let inputs = MetallicRoughnessInputs::plain(base, float(metallic), float(roughness));
     let scattering = Scattering::MetallicRoughness(Box::new(inputs));
-    scene.materials.push(Material { name: name.into(), scattering, displacement: None, normal_map: None })
+    scene.materials.push(Material { name: name.into(), scattering, displacement: None, normal_map: None, tilt: None })
 }
 
 fn read_ply(bytes: &[u8], path: &Path, diagnostics: &mut Vec<Diagnostic>) -> Result<Scene, String> {
-    let mut mesh = ply::parse(bytes).map_err(|e| e.to_string())?;
+    let mut mesh = ply::parse_with_attributes(bytes).map_err(|e| e.to_string())?;
     // The corners of a patch are in the order of rows.
     mesh.triangles.extend(mesh.quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
     if mesh.triangles.is_empty() {
@@ -213,16 +226,29 @@ fn read_ply(bytes: &[u8], path: &Path, diagnostics: &mut Vec<Diagnostic>) -> Res
             format!("{}: {left_out} faces have no area, or more than 4 corners, and are left out", path.display());
         diagnostics.push(Diagnostic::note(message, None));
     }
+    if mesh.attributes.iter().any(|a| a.name == "face_color") {
+        diagnostics.push(Diagnostic::warning(format!("{}: colours of faces are not shown", path.display()), None));
+    }
+    let colors = mesh.attributes.iter().find(|a| a.name == "vertex_color" && a.width == 3);
+    let colors = colors.map_or(Vec::new(), |a| vertex_colors(a.values.as_chunks::<3>().0));
     Ok(single(
         path,
         TriangleMesh {
             positions: mesh.positions,
             normals: mesh.normals,
             uvs: mesh.uvs,
+            colors,
             indices: mesh.triangles,
             ..TriangleMesh::default()
         },
     ))
+}
+
+/// Colours of vertices as scanners write them, in the encoding of photographs: from 0 to 255 or from 0 to 1.
+fn vertex_colors(rgb: &[[f32; 3]]) -> Vec<[f32; 4]> {
+    let scale = if rgb.iter().flatten().any(|&v| v > 1.0) { 1.0 / 255.0 } else { 1.0 };
+    let linear = |v: f32| srgb_to_linear((v * scale).clamp(0.0, 1.0));
+    rgb.iter().map(|c| c.map(linear)).map(|[r, g, b]| [r, g, b, 1.0]).collect()
 }
 
 /// How models are rendered where nothing is said.
@@ -259,4 +285,50 @@ fn bytes_of(path: &Path, files: &dyn FileAccess) -> Result<Vec<u8>, String> {
 fn point([x, y, z]: [f32; 3]) -> Option<Point3> {
     let p = Point3::new(x, y, z);
     p.is_finite().then_some(p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::Memory;
+
+    fn load(name: &str, files: &[(&str, &str)]) -> Scene {
+        let files = files.iter().fold(Memory::new(), |all, (name, text)| all.with(*name, *text));
+        let outcome = load_model(Path::new(name), &files, &ModelOptions { ground: false, ..ModelOptions::default() });
+        outcome.scene.unwrap_or_else(|| panic!("{:?}", outcome.diagnostics))
+    }
+
+    fn base(scene: &Scene) -> (&Texture<steradian_scene::SpectrumInput, Spectrum>, f32) {
+        let Scattering::MetallicRoughness(m) = &scene.materials[scene.primitives[0].material].scattering else {
+            panic!("another surface")
+        };
+        let Texture::Constant(metallic) = scene.float_textures[m.metallic].0 else { panic!("a texture") };
+        (&scene.spectrum_textures[m.base].kind, metallic)
+    }
+
+    #[test]
+    fn vertices_keep_their_colours() {
+        let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+            property list uchar int vertex_indices\nend_header\n0 0 0 255 128 0\n1 0 0 0 0 255\n0 1 0 0 255 0\n3 0 1 2\n";
+        let obj = "v 0 0 0 1 0.50196081 0\nv 1 0 0 0 0 1\nv 0 1 0 0 1 0\nf 1 2 3\n";
+        for (name, text) in [("a.ply", ply), ("a.obj", obj)] {
+            let s = load(name, &[(name, text)]);
+            assert!(matches!(base(&s).0, Texture::Vertex), "{name}");
+            let Shape::Triangles(mesh) = s.primitives[0].shape else { panic!("no triangles") };
+            let [r, g, b, _] = s.triangle_meshes[mesh].colors[0];
+            assert!((r - 1.0).abs() < 1e-6 && (g - 0.21586).abs() < 1e-4 && b == 0.0, "{name}: {r} {g} {b}");
+        }
+        let plain = load("a.obj", &[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
+        assert!(matches!(base(&plain).0, Texture::Constant(_)));
+    }
+
+    #[test]
+    fn black_with_bright_highlights_is_metal_and_glass_is_not() {
+        let obj = "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let metallic = |mtl: &str| base(&load("a.obj", &[("a.obj", obj), ("a.mtl", mtl)])).1;
+        assert_eq!(metallic("newmtl m\nKd 0.05 0.03 0.01\nKs 1.0 0.78 0.34\nNs 200\n"), 1.0);
+        assert_eq!(metallic("newmtl m\nKd 0.6 0.6 0.6\nKs 0.5 0.5 0.5\nNs 96\n"), 0.0);
+        assert_eq!(metallic("newmtl m\nKd 0 0 0\nKs 1 1 1\nNi 1.5\nillum 7\n"), 0.0);
+    }
 }

@@ -1,7 +1,7 @@
 //! Wavefront OBJ with MTL: polygons, normals, texture coordinates, and materials as far as they have a meaning in light
 //! transport.
 
-use super::{ModelOptions, paint, push_mesh};
+use super::{ModelOptions, neutral, paint, push_mesh, vertex_colors};
 use crate::files::{FileAccess, read_all};
 use crate::gltf::inside;
 use crate::ply::flat;
@@ -56,12 +56,16 @@ pub(super) fn read(
     let mut reader =
         Reader { scene: &mut scene, base, files, options, images: BTreeMap::new(), said: BTreeSet::new(), diagnostics };
     let covers: Vec<Cover> = materials.iter().map(|m| reader.material(m)).collect();
-    let plain = Cover { material: paint(reader.scene, "", [0.6; 3], 0.0, 0.45), alpha: None, light: None };
+    let plain =
+        [false, true].map(|has_colors| Cover { material: neutral(reader.scene, has_colors), alpha: None, light: None });
     let mut dropped = 0;
     for model in models {
-        let cover = model.mesh.material_id.and_then(|i| covers.get(i)).unwrap_or(&plain).clone();
+        let known = model.mesh.material_id.and_then(|i| covers.get(i));
         let faces = model.mesh.indices.len() / 3;
-        let mesh = mesh(model.mesh).map_err(|e| format!("{}: {e}", model.name))?;
+        let mut mesh = mesh(model.mesh).map_err(|e| format!("{}: {e}", model.name))?;
+        let rgb: Vec<[f32; 3]> = mesh.colors.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        mesh.colors = vertex_colors(&rgb);
+        let cover = known.unwrap_or(&plain[usize::from(!rgb.is_empty())]).clone();
         dropped += faces - mesh.indices.len();
         if mesh.indices.is_empty() {
             continue;
@@ -140,12 +144,17 @@ impl Reader<'_> {
         let from_exponent = m.shininess.map(|n| (2.0 / (n.max(0.0) + 2.0)).sqrt().sqrt());
         let roughness = other("Pr").or(from_exponent).unwrap_or(0.6).clamp(0.0, 1.0);
         let diffuse = m.diffuse.unwrap_or([0.6; 3]);
-        let handle = paint(self.scene, &m.name, diffuse, other("Pm").unwrap_or(0.0), roughness);
-        let base = m.diffuse_texture.as_deref().and_then(|t| self.picture(t, true));
-        let opacity = m.dissolve.unwrap_or(1.0);
         let illum = m.illumination_model.unwrap_or(2);
         let glass =
             (illum == 4 || illum == 6 || illum == 7 || illum == 9) && m.optical_density.is_some_and(|n| n > 1.0);
+        // What is nearly black and has bright highlights is metal.
+        let brightest = |rgb: [f32; 3]| rgb[0].max(rgb[1]).max(rgb[2]);
+        let highlight = m.specular.filter(|&s| brightest(s) > 0.3 && brightest(diffuse) < 0.2 * brightest(s));
+        let metal = highlight.filter(|_| !glass && m.diffuse_texture.is_none() && other("Pm").is_none());
+        let metallic = if metal.is_some() { 1.0 } else { other("Pm").unwrap_or(0.0) };
+        let handle = paint(self.scene, &m.name, metal.unwrap_or(diffuse), metallic, roughness);
+        let base = m.diffuse_texture.as_deref().and_then(|t| self.picture(t, true));
+        let opacity = m.dissolve.unwrap_or(1.0);
         let one = self.scene.float_textures.push(FloatTexture(Texture::Constant(1.0)));
         let white = self.scene.spectrum_textures.push(SpectrumTexture {
             usage: SpectrumUse::Albedo,

@@ -131,8 +131,13 @@ fn push_ground(scene: &mut Scene, b: &Bounds3, world_from_stage: &Transform) {
         kind: Texture::Constant(Spectrum::constant(studio::GROUND, SpectrumUse::Albedo)),
     });
     let scattering = Scattering::Diffuse { reflectance };
-    let material =
-        scene.materials.push(Material { name: "ground".into(), scattering, displacement: None, normal_map: None });
+    let material = scene.materials.push(Material {
+        name: "ground".into(),
+        scattering,
+        displacement: None,
+        normal_map: None,
+        tilt: None,
+    });
     let alpha = scene.float_textures.push(FloatTexture(Texture::Vertex));
     let mesh = scene.triangle_meshes.push(mesh);
     scene.primitives.push(Primitive {

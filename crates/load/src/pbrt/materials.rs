@@ -53,12 +53,19 @@ pub(super) fn push_default(scene: &mut Scene) -> Handle<Material> {
         scattering: Scattering::Diffuse { reflectance },
         displacement: None,
         normal_map: None,
+        tilt: None,
     })
 }
 
 /// What stands for a material until it is built.
 fn placeholder(name: &str) -> Material {
-    Material { name: name.to_string(), scattering: Scattering::Interface, displacement: None, normal_map: None }
+    Material {
+        name: name.to_string(),
+        scattering: Scattering::Interface,
+        displacement: None,
+        normal_map: None,
+        tilt: None,
+    }
 }
 
 impl Loader<'_> {
@@ -99,7 +106,7 @@ impl Loader<'_> {
         for pending in std::mem::take(&mut self.pending_materials) {
             let PendingMaterial { handle, name, kind, mut params } = pending;
             let scattering = self.scattering(&kind, &mut params, &built);
-            let mut material = Material { name, scattering, displacement: None, normal_map: None };
+            let mut material = Material { name, scattering, displacement: None, normal_map: None, tilt: None };
             if !matches!(material.scattering, Scattering::Mix { .. } | Scattering::Hair { .. } | Scattering::Interface)
             {
                 material.displacement = self.maybe_float_texture(&mut params, "displacement");

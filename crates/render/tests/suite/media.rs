@@ -253,6 +253,21 @@ fn both_integrators_agree_on_a_coloured_cloud() {
 
 /// Where there is no medium, both integrators are the path tracer; the walk needs more samples.
 #[test]
+fn lamps_seen_through_panes_are_as_bright_as_those_that_chance_finds() {
+    for color in MODES {
+        let of = |through_panes: bool| {
+            let mut s = scene(IntegratorKind::VolPath, 100, color);
+            s.settings.integrator.through_panes = through_panes;
+            surroundings(&mut s);
+            let pane = material(&mut s, Scattering::ThinDielectric { eta: Ior::Constant(1.6) });
+            bound(&mut s, 0.3, homogeneous(coloured([0.1, 0.2, 0.05], [0.5, 0.3, 0.8])), pane);
+            run(s, if through_panes { 1024 } else { 4096 })
+        };
+        check_same(&of(true), &of(false), "fog behind panes");
+    }
+}
+
+#[test]
 fn without_media_there_is_only_path_tracing() {
     let render = |kind, spp| {
         let mut s = scene(kind, 4, ColorMode::Spectral);

@@ -35,7 +35,7 @@ pub fn spectrum(scene: &mut Scene, s: Spectrum) -> Handle<SpectrumTexture> {
 }
 
 pub fn material(scene: &mut Scene, scattering: Scattering) -> Handle<Material> {
-    scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None })
+    scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None, tilt: None })
 }
 
 pub fn diffuse(scene: &mut Scene, rgb: [f32; 3]) -> Handle<Material> {

@@ -189,12 +189,12 @@ fn scenes(color: ColorMode, sampler: SamplerKind) -> Vec<(&'static str, Scene)> 
     s.primitives.last_mut().expect("a ball").material = glass;
     s.settings.integrator.regularize = true;
     all.push(("a lens, dispersion, regularised", s));
-    all.push(("papered", papered(box_(), [Lookup::Between, Lookup::Bilinear])));
+    all.push(("papered", papered(box_(), [Lookup::Point, Lookup::Bilinear])));
     all.push(("papered, filtered", papered(box_(), [Lookup::Trilinear, Lookup::Ewa { max_anisotropy: 8.0 }])));
     use EnvironmentMapping::{EqualArea, LatLong};
     all.push(("under a sky", under_a_sky(box_(), EqualArea, floats, 3)));
     all.push(("under a globe", under_a_sky(box_(), LatLong, Storage::U8, 1)));
-    let mut s = under_a_sky(papered(box_(), [Lookup::Between; 2]), LatLong, floats, 3);
+    let mut s = under_a_sky(papered(box_(), [Lookup::Bilinear; 2]), LatLong, floats, 3);
     quads(&mut s, [0.5; 3], 3.0, (0..3).map(|i| [-0.9 + 0.4 * i as f32, 0.5, 0.2]));
     let ball = s.primitives.len() - 5;
     let lamp = s.primitives[ball].clone();

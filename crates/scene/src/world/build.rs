@@ -310,7 +310,7 @@ fn pyramids(scene: &Scene, scratch: Option<&Scratch>) -> Result<Vec<Option<Pyram
                 return Ok(None);
             }
             let pyramid = match image.lookup {
-                Lookup::Texel | Lookup::Between => Pyramid::plain(image.texels.clone(), image.wrap),
+                Lookup::Point | Lookup::Bilinear => Pyramid::plain(image.texels.clone(), image.wrap),
                 _ => Pyramid::new(image.texels.clone(), image.wrap)
                     .map_err(|e| Error::Image { name: image.name.clone(), message: e.to_string() })?,
             };
@@ -352,8 +352,7 @@ fn is_mirror(scene: &Scene, material: &Material) -> bool {
 
 /// Whether any texture looks at the size of the sample.
 fn uses_footprints(scene: &Scene) -> bool {
-    let filtered =
-        |lookup: Lookup| !matches!(lookup, Lookup::Texel | Lookup::Between | Lookup::Point | Lookup::Bilinear);
+    let filtered = |lookup: Lookup| !matches!(lookup, Lookup::Point | Lookup::Bilinear);
     fn of<T, C>(t: &Texture<T, C>, image: impl Fn(crate::Handle<crate::TextureImage>) -> bool) -> bool {
         match t {
             Texture::Image(m) => image(m.image),

@@ -81,10 +81,8 @@ impl Scene {
                 LooksAt::FOOTPRINT | m | of(*a) | of(*b)
             }
             Texture::Image(map) => match self.images[map.image].lookup {
-                Lookup::Texel | Lookup::Between => mapping(&map.mapping),
-                Lookup::Point | Lookup::Bilinear | Lookup::Trilinear | Lookup::Ewa { .. } => {
-                    LooksAt::FOOTPRINT | mapping(&map.mapping)
-                }
+                Lookup::Point | Lookup::Bilinear => mapping(&map.mapping),
+                Lookup::Trilinear | Lookup::Ewa { .. } => LooksAt::FOOTPRINT | mapping(&map.mapping),
             },
             Texture::Grid(_) => LooksAt::PLACE,
             Texture::Noise { .. } => LooksAt::FOOTPRINT | LooksAt::PLACE,

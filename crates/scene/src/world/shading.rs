@@ -9,7 +9,7 @@ use crate::material::{
 };
 use crate::{FloatTexture, Handle};
 use steradian_bsdf::{
-    Altered, Beckmann, Bsdf, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered,
+    Altered, Beckmann, Bsdf, Bumped, Coating, Conductor, Dielectric, Diffuse, DiffuseTransmission, Film, Hair, Layered,
     Measured, MetallicRoughness, MetallicRoughnessParams, Microfacets, SimpleInterface, ThinDielectric,
     TrowbridgeReitz, index_of_reflectance, normal_reflectance,
 };
@@ -42,12 +42,17 @@ impl World {
         self.measure(surface, ray, differential);
         let mut context = self.texture_context(surface);
         let material = &self.scene.materials[self.unmixed(self.material(surface), surface, &context)];
+        let up = surface.shading.n;
         if material.displacement.is_some() || material.normal_map.is_some() {
             self.perturb(material, surface, &context);
             context.n = surface.n;
         }
         let bsdf = self.bsdf(material, &context, wavelengths)?;
         let frame = Frame::from_xz(surface.shading.dpdu, surface.shading.n);
+        let bsdf = match material.tilt {
+            Some(t) => Bumped::new(bsdf, frame.to_local(up.to_vec()), t.shadowing).map_or(bsdf, Bsdf::from),
+            None => bsdf,
+        };
         let frame = self.turned(material, frame, &context);
         let bsdf = if self.scene.settings.force_diffuse {
             Diffuse::new(bsdf.albedo(frame.to_local(surface.wo))).into()
@@ -127,13 +132,24 @@ impl World {
     fn perturb(&self, material: &Material, surface: &mut Surface, context: &TextureContext) {
         let (dpdu, dpdv) = match (&material.normal_map, material.displacement) {
             (Some(map), _) => self.normal_mapped(map, surface, context),
+            (None, Some(height)) if material.tilt.is_some() => self.raised(height, surface, context),
             (None, Some(height)) => self.bumped(height, surface, context),
             (None, None) => return,
         };
         let Some(n) = dpdu.cross(dpdv).try_normalize() else { return };
-        let s = &mut surface.geometry.shading;
+        let wo = surface.wo;
         // The side that counts as outside stays what it was.
-        s.n = n.to_normal().face_forward(surface.geometry.n);
+        let n = n.to_normal().face_forward(surface.geometry.n).to_vec();
+        let s = &mut surface.geometry.shading;
+        let up = s.n.to_vec();
+        if material.tilt.is_some_and(|t| t.mirrors) && wo.dot(up) * wo.dot(n) <= 0.0 {
+            let n = up * (2.0 * n.dot(up)) - n;
+            s.dpdu -= n * n.dot(s.dpdu);
+            s.dpdv -= n * n.dot(s.dpdv);
+            s.n = n.to_normal();
+            return;
+        }
+        s.n = n.to_normal();
         s.dpdu = dpdu;
         s.dpdv = dpdv;
     }
@@ -152,6 +168,18 @@ impl World {
         let tangent = s.dpdu - n * n.dot(s.dpdu);
         let Some(tangent) = tangent.try_normalize() else { return (s.dpdu, s.dpdv) };
         (tangent * u_length, n.cross(tangent) * v_length)
+    }
+
+    /// The tangents of the plane that the slope of a height at this very point makes, as Mitsuba has it: what the height itself does to them is left out.
+    fn raised(&self, height: Handle<FloatTexture>, surface: &Surface, context: &TextureContext) -> (Vec3, Vec3) {
+        // Small beside texels, and great beside rounding.
+        const STEP: f32 = 1.0 / 8192.0;
+        let at = |duv: Vec2| self.float_texture(height, &TextureContext { uv: context.uv + duv, ..*context });
+        let slope = |duv: Vec2| (at(duv) - at(Vec2::default() - duv)) / (2.0 * STEP);
+        let (u, v) = (slope(Vec2::new(STEP, 0.0)), slope(Vec2::new(0.0, STEP)));
+        // Of the surface itself: the shading frame of a mesh has not the length of both.
+        let (dpdu, dpdv, n) = (surface.dpdu, surface.dpdv, surface.shading.n.to_vec());
+        (dpdu + n * (u - n.dot(dpdu)), dpdv + n * (v - n.dot(dpdv)))
     }
 
     fn bumped(&self, height: Handle<FloatTexture>, surface: &Surface, context: &TextureContext) -> (Vec3, Vec3) {

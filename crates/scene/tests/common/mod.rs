@@ -38,5 +38,5 @@ pub fn grey(scene: &mut Scene) -> Handle<Material> {
     let texture = SpectrumTexture { usage: s.usage(), kind: Texture::Constant(s) };
     let reflectance = scene.spectrum_textures.push(texture);
     let scattering = Scattering::Diffuse { reflectance };
-    scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None })
+    scene.materials.push(Material { name: String::new(), scattering, displacement: None, normal_map: None, tilt: None })
 }

@@ -47,6 +47,7 @@ pub fn scene(size: u32) -> Scene {
         scattering: Scattering::Diffuse { reflectance },
         displacement: None,
         normal_map: None,
+        tilt: None,
     });
     scene.primitives.push(Primitive {
         shape: Shape::Sphere(Sphere::full(1.0).unwrap()),

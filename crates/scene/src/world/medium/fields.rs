@@ -100,12 +100,13 @@ impl BuiltFields {
         Self { sigma_t, albedo, coloured, majorants }
     }
 
-    /// The medium at a point of its space, given the factors of extinction and albedo.
+    /// The medium at a point of its space, given the factors of extinction and albedo. Saturated colours of Mitsuba have albedos above one at some
+    /// wavelengths, and there absorption is less than nothing.
     #[inline]
     pub fn at(&self, fields: &Fields, p: Point3, [sigma_t, albedo]: [Lanes; 2], w: &Wavelengths) -> MediumPoint {
         let sigma_t = sigma_t * fields.sigma_t.at(&self.sigma_t, p, w);
         let albedo = albedo * fields.albedo.at(&self.albedo, p, w);
-        let albedo = albedo.map(|a| a.clamp(0.0, 1.0));
+        let albedo = albedo.clamp_zero();
         MediumPoint { sigma_a: sigma_t * (Lanes::ONE - albedo), sigma_s: sigma_t * albedo, emission: Lanes::ZERO }
     }
 

@@ -60,7 +60,7 @@ enum BuiltShape {
 /// A medium at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumPoint {
-    /// Absorption per unit length.
+    /// Absorption per unit length; negative where [fields](crate::Fields) scatter more than they take.
     pub sigma_a: Lanes,
     /// Scattering per unit length.
     pub sigma_s: Lanes,
