@@ -84,7 +84,7 @@ impl LowDigits {
         let shift = self.shift(i);
         let above = morton >> (shift + 2);
         let hash = mix_bits_32(above as u32 ^ self.key_of(above));
-        u64::from(permute_base_4((morton >> shift) as u32 & 3, hash)) << shift
+        u64::from(look_up_permuted((morton >> shift) as u32 & 3, hash)) << shift
     }
 
     /// The binary digit before the first.
@@ -201,16 +201,42 @@ impl ZSobolSampler {
 /// One of the 24 permutations of a base-4 digit, as likely as any other: the digits are parted into two pairs, in one of three ways; then
 /// the pairs change places or not, and so do the two of each pair. Arithmetic, so that loops over rows need no table.
 #[inline(always)]
-pub(super) fn permute_base_4(digit: u32, hash: u32) -> u32 {
+pub(super) const fn permute_base_4(digit: u32, hash: u32) -> u32 {
+    permuted(digit, way_of(hash), hash)
+}
+
+/// Which of the three ways: 0, 1 or 2.
+#[inline(always)]
+const fn way_of(hash: u32) -> u32 {
+    ((hash >> 16) + 2 * (hash >> 16)) >> 16
+}
+
+#[inline(always)]
+const fn permuted(digit: u32, way: u32, flips: u32) -> u32 {
     let (high, low) = (digit >> 1, digit & 1);
-    // 0, 1 or 2.
-    let way = ((hash >> 16) + 2 * (hash >> 16)) >> 16;
     let (crossed, diagonal) = (way & 1, way >> 1);
     let differ = high ^ low;
     let pair = high ^ (differ & crossed) ^ (low & diagonal);
     let member = low ^ (differ & crossed);
-    let flip = (hash >> 1) ^ (pair & (hash >> 2));
-    (pair ^ (hash & 1)) << 1 | (member ^ (flip & 1))
+    let flip = (flips >> 1) ^ (pair & (flips >> 2));
+    (pair ^ (flips & 1)) << 1 | (member ^ (flip & 1))
+}
+
+/// The same permutations, the images of the four digits in two bits each, by the three bits that flip and then the way.
+static PERMUTATIONS: [u8; 24] = {
+    let mut table = [0; 24];
+    let mut i = 0;
+    while i < 96 {
+        table[i / 4] |= (permuted(i as u32 % 4, i as u32 / 32, i as u32 / 4 % 8) as u8) << (2 * (i % 4));
+        i += 1;
+    }
+    table
+};
+
+/// As [`permute_base_4`], faster for one digit alone.
+#[inline(always)]
+fn look_up_permuted(digit: u32, hash: u32) -> u32 {
+    u32::from(PERMUTATIONS[(way_of(hash) << 3 | (hash & 7)) as usize] >> (2 * digit)) & 3
 }
 
 /// Interleaves the bits of `x` (even places) and `y` (odd places).
@@ -296,6 +322,7 @@ mod tests {
             // Three ways to make pairs, eight to flip.
             let hash = ((which / 8) * 0x5556_0000) | (which % 8);
             let row: Vec<u32> = (0..4).map(|d| permute_base_4(d, hash)).collect();
+            assert!((0..4).all(|d| look_up_permuted(d, hash) == row[d as usize]));
             let mut sorted = row.clone();
             sorted.sort_unstable();
             assert_eq!(sorted, [0, 1, 2, 3]);
